@@ -1,0 +1,183 @@
+"""The inner loop: the least M for fixed obstacle times, by bisection over feasibility problems or directly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .bracket import Bracket, HoldProblem, Verdict
+from .circle import Array, Disc, Polygon
+from .spec import Bisection, Maneuver, Settings
+
+if TYPE_CHECKING:
+    from .program import DirectProgram, FeasibilityProgram
+
+RELATIVE = 1e-6  # width of a bracket, relative to its upper end, at which it counts as closed
+MAX_STEPS = 200  # halvings and doublings; a float has no more than 2100 in it, a problem some 40
+GROWTH = 1.2  # from a lower end to the next M asked, while no upper end is known
+TOWARDS_LOWER = 1 / 16  # where verified bisection asks next: lower ends from proofs are the better of the two
+
+
+def direct(program: DirectProgram, times: Array, settings: Settings) -> Bracket:
+    """The bracket [scaled] from `direct`; further solvers are asked while it is not closed.
+
+    Args:
+        program: compiled for the maneuver, circle and grid.
+        times: obstacle times [s], shape (q,).
+    """
+    problem, bracket = _start(program, times)
+    for solver in settings.solvers:
+        if bracket.gap <= RELATIVE:
+            break
+        bracket = problem.tighten(bracket, program.solve(solver))
+    return bracket
+
+
+def bisect(program: FeasibilityProgram, times: Array, settings: Settings, hint: Array | None = None) -> Bracket:
+    """The bracket [scaled] from the paper's five steps, `verified` or plain.
+
+    Plain bisection moves an end to the midpoint, and only when the midpoint's verdict is proved; verified
+    bisection moves both ends as far as the proofs allow, and asks nearer to the lower end. An M whose verdict
+    stays unknown with every solver ends the loop with the bracket as it is.
+
+    Args:
+        program: compiled for the maneuver, circle and grid.
+        times: obstacle times [s], shape (q,).
+        hint: multipliers (2+q, 2) of a similar problem, a first lower end for verified bisection.
+    """
+    problem, bracket = _start(program, times)
+    if bracket.upper == 0:
+        return bracket
+    assert isinstance(settings.method, Bisection)
+    if settings.method.verified:
+        return _verified(program, problem, bracket, settings, hint)
+    return _plain(program, problem, bracket, settings)
+
+
+def _plain(program: FeasibilityProgram, problem: HoldProblem, bracket: Bracket, settings: Settings) -> Bracket:
+    method, unit = settings.method, program.mass.unit
+    assert isinstance(method, Bisection)
+    left, right = 0.0, method.upper / unit if method.upper else 4 * bracket.lower
+    # 1. If the initial M is not feasible, it is increased until a feasible solution is found.
+    for _ in range(MAX_STEPS):
+        bracket, verdict = _ask(program, problem, bracket, right, settings.solvers)
+        if verdict is Verdict.FEASIBLE:
+            break
+        if verdict is Verdict.UNKNOWN:
+            return bracket
+        left, right = right, 2 * right
+    # 2. to 5. Halve the bracket until it is as small as asked for.
+    for _ in range(MAX_STEPS):
+        if right - left <= (method.tolerance / unit if method.tolerance else RELATIVE * right):
+            break
+        middle = (left + right) / 2
+        bracket, verdict = _ask(program, problem, bracket, middle, settings.solvers)
+        if verdict is Verdict.UNKNOWN:
+            break
+        left, right = (left, middle) if verdict is Verdict.FEASIBLE else (middle, right)
+    return replace(bracket, lower=left, upper=right)
+
+
+def _verified(
+    program: FeasibilityProgram,
+    problem: HoldProblem,
+    bracket: Bracket,
+    settings: Settings,
+    hint: Array | None,
+) -> Bracket:
+    method, unit = settings.method, program.mass.unit
+    assert isinstance(method, Bisection)
+    if hint is not None:
+        lower, multipliers = problem.lower(hint)
+        if lower > bracket.lower:
+            bracket = replace(bracket, lower=lower, multipliers=multipliers)
+    for _ in range(MAX_STEPS):
+        before = bracket
+        width = bracket.upper - bracket.lower
+        tolerance = method.tolerance / unit if method.tolerance else RELATIVE * bracket.upper
+        if math.isinf(width):
+            asked = method.upper / unit if method.upper and hint is None else 0.0
+            middle = asked if asked > bracket.lower else GROWTH * bracket.lower
+            hint = bracket.multipliers if hint is None else hint
+        elif width <= tolerance:
+            break
+        else:  # a feasible answer this close to the lower end is the last one needed
+            middle = bracket.lower + max(TOWARDS_LOWER * width, 0.9 * tolerance)
+        bracket, verdict = _ask(program, problem, bracket, middle, [settings.solver])
+        if verdict is Verdict.UNKNOWN and _same(bracket, before):
+            # the least M is closer to this one than the solver's accuracy: ask further off, then ask others
+            further = middle if math.isinf(width) else bracket.lower + 0.5 * width
+            bracket, verdict = _ask(program, problem, bracket, further, settings.solvers)
+            if verdict is Verdict.UNKNOWN and _same(bracket, before):
+                break
+    return bracket
+
+
+def _same(one: Bracket, other: Bracket) -> bool:
+    return (one.lower, one.upper) == (other.lower, other.upper)
+
+
+def _start(program: DirectProgram | FeasibilityProgram, times: Array) -> tuple[HoldProblem, Bracket]:
+    placed = program.place(times)
+    problem = HoldProblem(program.mass, program.circle, placed, program.grid.edges(placed))
+    floor = program.mass.floor(placed)
+    if floor == 0:  # coasting does it
+        steps = program.grid.steps
+        return problem, Bracket(0.0, 0.0, np.zeros((steps, 2)), np.zeros((2 + program.mass.walls, 2)))
+    return problem, Bracket(lower=0.0 if math.isinf(floor) else floor * (1 - 1e-12))
+
+
+def _ask(
+    program: FeasibilityProgram, problem: HoldProblem, bracket: Bracket, peak: float, solvers: Iterable[str]
+) -> tuple[Bracket, Verdict]:
+    """Whether M = peak [scaled] is feasible, from the first solver whose answer proves it either way."""
+    program.M.value = peak * program.mass.unit
+    for solver in solvers:
+        if bracket.verdict(peak) is not Verdict.UNKNOWN:
+            break
+        bracket = problem.tighten(bracket, program.solve(solver))
+    return bracket, bracket.verdict(peak)
+
+
+class LeastPeak:
+    """M(T_obs) of one maneuver for one circle and grid: programs compiled once, answers remembered."""
+
+    def __init__(self, maneuver: Maneuver, settings: Settings, circle: Disc | Polygon | None = None) -> None:
+        from . import program  # cvxpy takes a second to import
+
+        self.settings = settings
+        arguments = (maneuver, circle or settings.circle, settings.grid)
+        bisects = isinstance(settings.method, Bisection)
+        self._feasibility = program.FeasibilityProgram(*arguments) if bisects else None
+        self._direct = None if bisects else program.DirectProgram(*arguments)
+        self._known: dict[bytes, Bracket] = {}
+        self._hint: Array | None = None
+
+    @property
+    def program(self) -> DirectProgram | FeasibilityProgram:
+        """The compiled program, with its counts."""
+        program = self._feasibility or self._direct
+        assert program is not None
+        return program
+
+    def place(self, times: Array) -> Array:
+        """The obstacle times [s] that the grid makes of these, shape (q,)."""
+        time = self.program.mass.time
+        return np.asarray(self.settings.grid.place(np.asarray(times, dtype=float) / time) * time)
+
+    def __call__(self, times: Array) -> Bracket:
+        """The bracket [scaled] at these obstacle times [s], shape (q,)."""
+        key = self.place(times).tobytes()
+        if key not in self._known:
+            if self._feasibility:
+                bracket = bisect(self._feasibility, times, self.settings, self._hint)
+            else:
+                assert self._direct is not None
+                bracket = direct(self._direct, times, self.settings)
+            self._hint = bracket.multipliers
+            self._known[key] = bracket
+        return self._known[key]

@@ -1,0 +1,166 @@
+"""The terminal: `peakmin paper | solve | sweep | schema`, results on stdout, progress and errors on stderr.
+
+Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved infeasible, 4 nothing proved.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from . import files
+from .errors import PeakminError
+from .spec import Spec, schema
+
+if TYPE_CHECKING:
+    from .plan import Plan
+    from .sweep import Progress, Sweep
+
+EXIT = {"solved": 0, "infeasible": 3, "unknown": 4}
+BAD_INPUT, DIFFERS = 2, 1
+
+app = typer.Typer(
+    add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__
+)
+SpecFile = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec file (JSON); see `peakmin schema`.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Write plots, JSON and CSV there.")]
+
+
+@app.command("solve")
+def solve_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
+    """The maneuver of least peak, over the obstacle times that the spec's search visits."""
+    asked = Spec.read(spec)
+    from .sweep import solve
+
+    with _progress("solve") as progress:
+        plan = solve(asked.maneuver, asked.settings, progress=progress)
+    if out:
+        _write_plan(plan, out)
+    print(plan.to_json(indent=2) if as_json else _describe(plan))
+    raise typer.Exit(EXIT[plan.status])
+
+
+@app.command("sweep")
+def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
+    """The least M at every obstacle time of a sweep (the paper's outer loop)."""
+    asked = Spec.read(spec)
+    from .sweep import sweep
+
+    with _progress("sweep") as progress:
+        found = sweep(asked.maneuver, asked.settings, progress=progress)
+    if out:
+        _write_plan(found.best, out)
+        files.write(out / "sweep.json", found.to_json(indent=2) + "\n")
+        files.write(out / "sweep.csv", found.to_csv())
+        if found.obstacle_times.ndim == 1:
+            _save(out / "sweep.png", found)
+    print(found.to_json(indent=2) if as_json else _table(found))
+    raise typer.Exit(EXIT[found.best.status])
+
+
+@app.command("paper")
+def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
+    """Table 1 and the figures of the paper, computed anew; exit status 1 if a printed digit differs."""
+    from . import paper
+
+    with _progress("paper") as progress:
+        result = paper.compute(progress)
+    _headless()
+    made = paper.figures(result, out) if out else []
+    if as_json:
+        print(json.dumps(result.document(), indent=2, allow_nan=False))
+    else:
+        print(paper.text(result), end="")
+        for file in made:
+            print(f"wrote {file}")
+    raise typer.Exit(0 if result.agrees else DIFFERS)
+
+
+@app.command("schema")
+def schema_command() -> None:
+    """The JSON Schema of a spec file."""
+    print(json.dumps(schema(), indent=2))
+
+
+def _describe(plan: Plan) -> str:
+    times = ", ".join(f"{t:.6g}" for t in plan.obstacle_times) or "none"
+    covered = "every obstacle time" if plan.scope == "all" else "these obstacle times only"
+    lines = [f"{plan.status}: peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N"]
+    lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for any control, over {covered}")
+    lines.append(f"  gap             {plan.gap:.2e}")
+    lines.append(f"  obstacle times  {times} s")
+    search = plan.settings.search.kind
+    lines.append(
+        f"  made by         {plan.made.solver}, search {search}, {plan.made.solves} solves of "
+        f"{plan.made.compilations} compiled programs in {plan.made.seconds:.2f} s"
+    )
+    return "\n".join(lines)
+
+
+def _table(sweep: Sweep) -> str:
+    times = sweep.obstacle_times.reshape(len(sweep.peak), -1)
+    lines = ["  T_obs [s]" + " " * (10 * max(times.shape[1] - 1, 0)) + "   least M [m/s²]   lower end"]
+    for i, row in enumerate(times):
+        mark = "  <- least" if i == sweep.winner else ""
+        cells = " ".join(f"{t:9.4f}" for t in row) or " " * 9
+        lines.append(f"  {cells}   {sweep.peak[i]:14.6f}   {sweep.lower[i]:9.4f}{mark}")
+    return "\n".join([*lines, _describe(sweep.best)])
+
+
+def _write_plan(plan: Plan, out: Path) -> None:
+    files.write(out / "plan.json", plan.to_json(indent=2) + "\n")
+    if plan.trajectory is not None:
+        files.write(out / "plan.csv", plan.to_csv())
+        _save(out / "plan.png", plan)
+
+
+def _save(path: Path, thing: Plan | Sweep) -> None:
+    import io
+
+    _headless()
+    import matplotlib.pyplot as plt
+
+    from . import plots
+
+    buffer = io.BytesIO()
+    with plt.rc_context(plots.STYLE):
+        ax = thing.plot()
+        ax.figure.savefig(buffer, format="png", metadata={"Software": None})  # type: ignore[call-arg]
+        plt.close(ax.figure)  # type: ignore[arg-type]
+    files.write(path, buffer.getvalue())
+
+
+def _headless() -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Progress | None]:
+    """A bar on stderr when that is a terminal, nothing otherwise."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    with Bar(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def main(arguments: list[str] | None = None) -> Any:
+    """Run the command line; every refusal is one line on stderr and exit status 2."""
+    try:
+        return app(args=arguments, prog_name="peakmin")
+    except PeakminError as error:
+        print(f"peakmin: {error}", file=sys.stderr)
+        sys.exit(BAD_INPUT)

@@ -1,0 +1,161 @@
+"""Frozen pydantic models whose refusals are one line: field path, what it was, what it must be."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from .errors import SpecError
+
+LARGEST = 1e100  # of any number in a spec, in SI units: squares and products stay finite
+MAX_FILE_BYTES = 64 * 2**20
+WHOLE = "the document"
+PLAIN = {  # pydantic's error types in the words of a spec file
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "tuple_type": "a list",
+    "model_type": "an object",
+    "model_attributes_type": "an object",
+}
+
+
+def _plain(value: Any) -> Any:
+    """Arrays and numpy scalars as lists and numbers."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _within(value: float) -> float:
+    if abs(value) > LARGEST:
+        raise ValueError(f"a number of at most {LARGEST:g} in size")
+    return value
+
+
+def _positive(value: float) -> float:
+    if not 1 / LARGEST <= value <= LARGEST:
+        raise ValueError(f"a number above zero (from {1 / LARGEST:g} to {LARGEST:g})")
+    return value
+
+
+_Finite = Annotated[float, BeforeValidator(_plain), Field(strict=True)]
+Number = Annotated[_Finite, AfterValidator(_within)]
+Positive = Annotated[_Finite, AfterValidator(_positive)]
+Count = Annotated[int, BeforeValidator(_plain), Field(strict=True, ge=1, le=1_000_000)]
+Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
+
+
+class Model(BaseModel):
+    """Frozen, keyword-only, unknown keys refused, no NaN, no infinity.
+
+    Raises:
+        SpecError: on construction, when a field is wrong.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
+
+    def __init__(self, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            raise SpecError(one_line(error, data)) from None
+
+    # Without this mark pydantic would call __init__ for nested models too and lose the outer path.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> Self:
+        """Read one JSON document. Raises `SpecError` with one line when it is not a valid one."""
+        try:
+            data = json.loads(text, object_pairs_hook=_unique)
+        except RecursionError:
+            raise SpecError("the document: was nested too deeply, must be a spec") from None
+        except (ValueError, UnicodeDecodeError) as error:
+            raise SpecError(f"the document: was not JSON ({_short(str(error), 120)})") from None
+        if not isinstance(data, dict):
+            raise SpecError(f"the document: was {_short(data)}, must be a JSON object")
+        return cls(**data)
+
+    @classmethod
+    def read(cls, path: str | Path) -> Self:
+        """Read a JSON file. Raises `SpecError` with one line when it cannot be read or is wrong."""
+        try:
+            with open(path, "rb") as file:
+                text = file.read(MAX_FILE_BYTES + 1)
+        except OSError as error:
+            raise SpecError(f"{path}: cannot be read ({error.strerror})") from None
+        if len(text) > MAX_FILE_BYTES:
+            raise SpecError(f"{path}: was over {MAX_FILE_BYTES // 2**20} MiB, must be smaller")
+        return cls.from_json(text)
+
+    def to_json(self, indent: int | None = 2) -> str:
+        """The model as JSON; `from_json` gives an equal one back."""
+        return self.model_dump_json(indent=indent, exclude_none=True)
+
+
+def one_line(error: ValidationError, data: Any) -> str:
+    """The first of pydantic's findings as `path: was X, must be Y`."""
+    found = error.errors(include_url=False)
+    # Of a value that fits no member of a union, the deepest finding says most.
+    first = max(found, key=lambda item: len(item["loc"])) if _is_union(found) else found[0]
+    path = _path(first["loc"], data)
+    message = first["msg"]
+    if first["type"] == "missing":
+        return f"{path}: was missing, must be given"
+    if first["type"] == "extra_forbidden":
+        return f"{path}: was {_short(first['input'])}, must be left out (no such field)"
+    if first["type"].startswith("union_tag"):
+        tags = first.get("ctx", {}).get("expected_tags", "")
+        kind = first["input"].get("kind") if isinstance(first["input"], Mapping) else first["input"]
+        return f"{path}.kind: was {_short(kind)}, must be one of {tags or 'the known kinds'}"
+    if first["type"] == "value_error":
+        message = str(first.get("ctx", {}).get("error", message))
+        if message.startswith("."):  # a validator of several fields names the one at fault itself
+            return (("" if path == WHOLE else path) + message).removeprefix(".")
+        return f"{path}: was {_short(first['input'])}, must be {message}"
+    if first["type"] in PLAIN:
+        return f"{path}: was {_short(first['input'])}, must be {PLAIN[first['type']]}"
+    for start in ("Input should be ", "Value error, ", "String should ", "Tuple should "):
+        message = message.removeprefix(start)
+    return f"{path}: was {_short(first['input'])}, must be {message}"
+
+
+def _is_union(found: Sequence[Any]) -> bool:
+    return len(found) > 1 and len({item["loc"][:1] for item in found}) == 1
+
+
+def _path(location: Sequence[int | str], data: Any) -> str:
+    """The location as the user wrote it: `obstacles[0].tip`, without the unions' tags."""
+    parts: list[str] = []
+    here = data
+    for place, key in enumerate(location):
+        last = place == len(location) - 1
+        if isinstance(key, int):
+            parts.append(f"[{key}]")
+            here = here[key] if isinstance(here, Sequence) and key < len(here) else None
+        elif isinstance(here, Mapping) and key in here:
+            parts.append(f".{key}")
+            here = _plain(here[key])
+        elif isinstance(here, Mapping) and last:
+            parts.append(f".{key}")
+    return "".join(parts).removeprefix(".") or WHOLE
+
+
+def _short(value: Any, length: int = 60) -> str:
+    """The value's repr on one line, cut in the middle of nothing larger than `length`."""
+    if isinstance(value, str | bytes) and len(value) > length:
+        value = value[:length]
+    elif isinstance(value, Mapping | list | tuple) and len(value) > 8:
+        return f"a {type(value).__name__} of {len(value)}"
+    text = repr(value).replace("\n", " ")
+    return text if len(text) <= length else text[:length] + "..."
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    keys = [key for key, _ in pairs]
+    if len(set(keys)) < len(keys):
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise ValueError(f"key {_short(twice)} stands twice")
+    return dict(pairs)

@@ -1,0 +1,203 @@
+"""The double integrator r'' = u as a few linear equations in the control, in scaled units.
+
+Units: T = 1 and the largest |b| = 1; an acceleration of 1 here is `PointMass.unit` m/s^2. With the responses
+
+    g_pos(t) = 1 - t,   g_vel(t) = 1,   g_i(t) = max(T_i - t, 0)
+
+a control u takes the mass from start to goal through the walls' tips (d_i, h_i) at the times T_i exactly when
+
+    int g_pos u dt = pf - p0 - v0 =: b_pos     int g_vel u dt = vf - v0 =: b_vel
+    int g_i u dt = (d_i, h_i) - p0 - T_i v0 =: b_i                                    ("touch")
+    int g_i u dt = b_i + s_i f_i with s_i >= 0, f_i the free direction of the wall    ("clear")
+
+Rows always come in the order pos, vel, wall 1, ..., wall q. Multipliers L, shape (2+q, 2), of these equations
+are admissible when f_i . l_i >= 0 for every clear wall.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .circle import Array
+from .spec import Maneuver
+
+ROUNDING = 64 * np.finfo(float).eps  # relative error allowed for a sum of products before it is a proof
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+GAUSS_NODES, GAUSS_WEIGHTS = (1 + _NODES) / 2, _WEIGHTS / 2  # on [0, 1]
+
+
+@dataclass(frozen=True)
+class PointMass:
+    """A maneuver in scaled units, origin at the start.
+
+    length [m], time [s] : the units;  v0, pf, vf (2,), tips (q, 2) : the states and walls;
+    free (q, 2) : unit free directions f_i;  clear (q,) : which walls may be passed beyond the tip.
+    """
+
+    length: float
+    time: float
+    origin: Array
+    v0: Array
+    pf: Array
+    vf: Array
+    tips: Array
+    free: Array
+    clear: Array
+
+    @classmethod
+    def of(cls, maneuver: Maneuver) -> PointMass:
+        """The maneuver in units of its duration and of its largest |b|."""
+        time = maneuver.duration
+        origin = np.array(maneuver.start.position)
+        v0, vf = np.array(maneuver.start.velocity) * time, np.array(maneuver.goal.velocity) * time
+        pf = np.array(maneuver.goal.position) - origin
+        walls = maneuver.obstacles
+        tips = np.array([w.tip for w in walls]).reshape(-1, 2) - origin
+        free = -np.array([w.direction for w in walls]).reshape(-1, 2)
+        sizes = [pf - v0, vf - v0, *tips, *(tips - v0)]
+        length = max(float(np.hypot(*size)) for size in sizes) or 1.0
+        return cls(
+            length=length,
+            time=time,
+            origin=origin,
+            v0=v0 / length,
+            pf=pf / length,
+            vf=vf / length,
+            tips=tips / length,
+            free=free / np.hypot(free[:, :1], free[:, 1:]),
+            clear=np.array([w.contact == "clear" for w in walls], dtype=bool),
+        )
+
+    @property
+    def walls(self) -> int:
+        """Number q of walls."""
+        return len(self.tips)
+
+    @property
+    def unit(self) -> float:
+        """Size of the scaled acceleration 1 [m/s^2]."""
+        return self.length / self.time**2
+
+    def targets(self, times: Array) -> Array:
+        """b(T), shape (2+q, 2), affine in the obstacle times (q,)."""
+        return np.vstack(
+            [self.pf - self.v0, self.vf - self.v0, self.tips - np.multiply.outer(np.asarray(times), self.v0)]
+        )
+
+    def target_errors(self, times: Array) -> Array:
+        """Bound on the rounding error of `targets`, shape (2+q, 2)."""
+        coasted = np.multiply.outer(np.asarray(times), np.abs(self.v0))
+        return ROUNDING * np.vstack(
+            [
+                np.abs(self.pf) + np.abs(self.v0),
+                np.abs(self.vf) + np.abs(self.v0),
+                np.abs(self.tips) + coasted,
+            ]
+        )
+
+    def admissible(self, multipliers: Array) -> Array:
+        """The multipliers with f_i . l_i raised to zero where a clear wall has it below."""
+        along = np.sum(self.free * multipliers[2:], axis=1)
+        # raised a rounding error above zero, so that f_i . l_i >= 0 holds in exact arithmetic too
+        raised = np.where(self.clear & (along < 0), ROUNDING * np.hypot(*multipliers[2:].T) - along, 0.0)
+        out = multipliers.copy()
+        out[2:] += raised[:, None] * self.free
+        return out
+
+    def reached(self, times: Array, moments: Array) -> Array:
+        """The targets closest to the given moments, s_i >= 0 chosen for clear walls; shape (2+q, 2)."""
+        b = self.targets(times)
+        beyond = np.maximum(np.sum(self.free * (moments[2:] - b[2:]), axis=1), 0.0) * self.clear
+        b[2:] += beyond[:, None] * self.free
+        return b
+
+    def floor(self, times: Array) -> float:
+        """A lower end for M from one equation at a time, |b| / int |g| dt; zero only if no force is needed."""
+        b = self.targets(times)
+        t = np.asarray(times)
+        # seen from the goal, a wall is met a time 1 - T_i earlier
+        back = self.tips - self.pf + np.multiply.outer(1 - t, self.vf)
+        ends = np.hypot(*b[:2].T) / np.array([0.5, 1.0])
+        walls = [np.hypot(*self._blocked(c).T) / (0.5 * s**2) for c, s in ((b[2:], t), (back, 1 - t))]
+        return float(max(np.max(ends), *(np.max(w, initial=0.0) for w in walls)))
+
+    def _blocked(self, b: Array) -> Array:
+        """The part of b that a wall does not give away: all of it, less -s f_i for clear walls."""
+        beyond = np.maximum(-np.sum(self.free * b, axis=1), 0.0) * self.clear
+        return np.asarray(b + beyond[:, None] * self.free)
+
+
+def hold_rows(edges: Array, times: Array) -> Array:
+    """Moments of one unit of control on each hold, shape (2+q, steps), exact for times between nodes too.
+
+    The hold on [t_k, t_k+dt] acts for c = clip(s - t_k, 0, dt) before the time s and has moved the mass by
+    c (s - t_k - c/2), its velocity by c: the last columns of the paper's Gamma, seen at s.
+
+    Args:
+        edges: ends of the holds, shape (steps+1,), from 0 to 1.
+        times: obstacle times, shape (q,).
+    """
+    begin, dt = edges[:-1], np.diff(edges)
+    moments = np.concatenate([[1.0], times])[:, None]
+    acted = np.clip(moments - begin, 0.0, dt)
+    position = acted * (moments - begin - acted / 2)
+    return np.vstack([position[:1], dt[None, :], position[1:]])
+
+
+def responses(t: Array, times: Array) -> Array:
+    """g_pos, g_vel, g_1 .. g_q at the instants t; shape (2+q, len(t))."""
+    return np.vstack([1 - t, np.ones_like(t), np.maximum(np.asarray(times)[:, None] - t, 0.0)])
+
+
+def transition(dt: float) -> tuple[Array, Array]:
+    """Phi (2, 2) and Gamma (2,) of one axis, state (position, velocity), for a hold of length dt.
+
+    x(k+1) = Phi x(k) + Gamma u(k), the zero-order hold of x' = [[0, 1], [0, 0]] x + [0, 1] u.
+    """
+    return np.array([[1.0, dt], [0.0, 1.0]]), np.array([0.5 * dt * dt, dt])
+
+
+def costate(multipliers: Array, times: Array) -> tuple[Array, Array]:
+    """The kinks 0, T_1 .. T_q, 1 in order, shape (..., q+2), and p = sum l g there, shape (..., q+2, 2).
+
+    p is linear between the kinks. Leading axes of times (..., q) and multipliers (..., 2+q, 2) broadcast.
+    """
+    times = np.asarray(times, dtype=float)
+    ends = np.broadcast_to([0.0, 1.0], (*times.shape[:-1], 2))
+    kinks = np.sort(np.concatenate([ends, times], axis=-1), axis=-1)
+    hinges = np.maximum(times[..., None, :] - kinks[..., :, None], 0.0)  # (..., q+2, q)
+    straight = (1 - kinks)[..., None] * multipliers[..., None, 0, :] + multipliers[..., None, 1, :]
+    return kinks, straight + hinges @ multipliers[..., 2:, :]
+
+
+def impulse(multipliers: Array, times: Array) -> Array:
+    """I = int_0^1 |p(t)| dt in closed form, shape (...), for times (..., q) and multipliers (..., 2+q, 2).
+
+    On a piece of length h from p_0 to p_1, with d = p_1 - p_0, s = p . d/|d| and e = |p_0 x d|/|d|,
+
+        int |p| dt = h/|d| [ s |p| + e^2 asinh(s/e) ] / 2   between the ends.
+
+    Where |d| is small against |p| the difference loses its digits; there an eight-point Gauss rule is exact to
+    rounding (the zeros of |p|^2 are ten piece lengths away).
+    """
+    kinks, p = costate(multipliers, times)
+    first, last, h = p[..., :-1, :], p[..., 1:, :], np.diff(kinks, axis=-1)
+    d = last - first
+    length = np.hypot(d[..., 0], d[..., 1])
+    sizes = np.hypot(p[..., 0], p[..., 1])
+    bent = length > 0.1 * np.minimum(sizes[..., :-1], sizes[..., 1:])
+    direction = d / np.where(bent, length, 1.0)[..., None]
+    e = np.abs(first[..., 0] * direction[..., 1] - first[..., 1] * direction[..., 0])
+
+    def antiderivative(at: Array, size: Array) -> Array:
+        s = np.sum(at * direction, axis=-1)
+        ratio = s / np.where(e > 1e-150, e, 1.0)
+        return np.asarray(0.5 * (s * size + e * e * np.arcsinh(ratio)))
+
+    exact = antiderivative(last, sizes[..., 1:]) - antiderivative(first, sizes[..., :-1])
+    between = first[..., None, :] + GAUSS_NODES[:, None] * d[..., None, :]
+    smooth = np.hypot(between[..., 0], between[..., 1]) @ GAUSS_WEIGHTS
+    return np.asarray(np.sum(h * np.where(bent, exact / np.where(bent, length, 1.0), smooth), axis=-1))

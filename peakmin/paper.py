@@ -1,0 +1,230 @@
+"""The paper's two examples, computed anew by its own settings and held against its printed table.
+
+Its table 1 comes from 200 time nodes spaced 1/200 s, that is 199 holds: the goal is reached at t = 0.995 s. The
+obstacle times linspace(0.1, 0.9, 18) are moved to node round(T_obs/dt) - 1, and plain bisection on [0, 15] stops
+when the bracket is at most 0.01 wide; the M reported is its upper end.
+"""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import files
+from .circle import Array, Disc, Polygon
+from .grid import Uniform
+from .plan import Plan
+from .spec import Bisection, Maneuver, Settings, State, SweepSearch, Wall
+from .sweep import Progress, Sweep, sweep
+
+STEP = 1 / 200  # [s] between the paper's nodes
+HOLDS = 199
+NOMINAL = np.linspace(0.1, 0.9, 18)  # [s] obstacle times as the paper names them
+# Printed in the paper's table 1, for comparison only: n, M_min [m/s^2], T_obs [s], squared control differences.
+PRINTED: list[tuple[int, float, float, float, float]] = [
+    (1, 10.4224, 0.5235, 152.69, 238.4),
+    (2, 9.0234, 0.5235, 73.67, 37.3),
+    (3, 8.7964, 0.5235, 35.78, 12.57),
+    (4, 8.7671, 0.5235, 12.37, 7.29),
+    (5, 8.7451, 0.5235, 0.0, 0.0),
+]
+BISECTION = Bisection(upper=15.0, tolerance=0.01, verified=False)
+
+GENERAL = Maneuver(
+    start=State(position=(0.0, 0.0)),
+    goal=State(position=(1.0, 0.0)),
+    duration=HOLDS * STEP,
+    obstacles=(Wall(tip=(0.5, 0.5), contact="touch"),),
+)
+TWO_LINK = Maneuver(  # the two-link manipulator in the space of its centre of mass
+    start=State(position=(2.5, -0.2)),
+    goal=State(position=(3.45, 1.2)),
+    duration=5.0,
+    obstacles=(Wall(tip=(2.82, 1.3), contact="touch"),),
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of table 1: computed [m/s^2, s] and printed, with the minimum on the same grid."""
+
+    segments: int
+    peak: float
+    obstacle_time: float
+    paper_peak: float
+    paper_obstacle_time: float
+    minimum: float
+    compilations: int
+
+    @property
+    def agrees(self) -> bool:
+        """Whether both numbers agree to the four printed decimals."""
+        return round(self.peak, 4) == self.paper_peak and round(self.obstacle_time, 4) == self.paper_obstacle_time
+
+
+@dataclass(frozen=True)
+class Paper:
+    """Everything that `peakmin paper` computes. differences: squared control differences, shape (4, 2)."""
+
+    rows: list[Row]
+    least: list[Plan]
+    differences: Array
+    disc: Plan
+    two_link: Sweep
+
+    @property
+    def agrees(self) -> bool:
+        """Whether every row of table 1 agrees with the paper."""
+        return all(row.agrees for row in self.rows)
+
+    def document(self) -> dict[str, Any]:
+        """The results as plain JSON data."""
+        return {
+            "version": 1,
+            "agrees": self.agrees,
+            "table1": [{**vars(row), "agrees": row.agrees} for row in self.rows],
+            "squared_control_differences": [
+                {
+                    "from": n,
+                    "to": n + 1,
+                    "x": float(x),
+                    "y": float(y),
+                    "paper_x": PRINTED[n - 1][3],
+                    "paper_y": PRINTED[n - 1][4],
+                }
+                for n, (x, y) in enumerate(self.differences, 1)
+            ],  # fmt: skip
+            "disc_on_the_same_grid": self.disc.peak,
+            "two_link": self.two_link.document(),
+        }
+
+
+def settings(segments: int, method: Bisection | None = BISECTION) -> Settings:
+    """The paper's settings for n segments per quadrant; without a method, M as a variable."""
+    chosen = {"method": method} if method else {}
+    return Settings(circle=Polygon(segments=segments), grid=Uniform(steps=HOLDS), search=SweepSearch(), **chosen)
+
+
+def obstacle_nodes() -> Array:
+    """Times [s] of the nodes that the paper's 18 obstacle times are moved to."""
+    return np.asarray((np.round(NOMINAL / STEP) - 1) * STEP)
+
+
+def compute(progress: Progress | None = None) -> Paper:
+    """Table 1 row by row, the minimum of each row without the bisection, and the two-link example."""
+    rows, least = [], []
+    total = len(PRINTED) + 1
+    for segments, paper_peak, paper_time, _, _ in PRINTED:
+        found = sweep(GENERAL, settings(segments), times=obstacle_nodes())
+        at = float(NOMINAL[found.winner])
+        plan = sweep(GENERAL, settings(segments, method=None), times=obstacle_nodes()[[found.winner]]).best
+        least.append(plan)
+        peak = float(found.peak[found.winner])
+        rows.append(Row(segments, peak, at, paper_peak, paper_time, plan.peak, found.best.made.compilations))
+        if progress:
+            progress(len(rows), total)
+    controls = [plan.acceleration(plan.times[:-1]) for plan in least]
+    differences = np.array([np.sum((b - a) ** 2, axis=0) for a, b in zip(controls, controls[1:], strict=False)])
+    disc = sweep(
+        GENERAL, settings(1, None).model_copy(update={"circle": Disc()}), times=obstacle_nodes()[[found.winner]]
+    ).best
+    two_link = sweep(
+        TWO_LINK, Settings(circle=Polygon(segments=5), grid=Uniform(steps=200), search=SweepSearch(count=14))
+    )
+    if progress:
+        progress(total, total)
+    return Paper(rows, least, differences, disc, two_link)
+
+
+def text(paper: Paper) -> str:
+    """Table 1 beside the paper's numbers, and what else there is to say."""
+    lines = [
+        "Table 1: least M by plain bisection on [0, 15] to 0.01 (upper end), 199 holds, 18 obstacle times",
+        "  n      M [m/s²]   paper     diff      T_obs [s]  paper    diff      minimum on the grid",
+    ]
+    for row in paper.rows:
+        shown, at = round(row.peak, 4), round(row.obstacle_time, 4)
+        lines.append(
+            f"  {row.segments}  {row.peak:12.5f}  {row.paper_peak:8.4f}  {shown - row.paper_peak:+.4f}"
+            f"  {row.obstacle_time:12.5f}  {row.paper_obstacle_time:.4f}  {at - row.paper_obstacle_time:+.4f}"
+            f"  {row.minimum:10.4f}{'' if row.agrees else '   DIFFERS'}"
+        )
+    lines.append(f"  disc (SOCP) on the same grid and node: {paper.disc.peak:.4f} m/s²")
+    lines.append("")
+    lines.append("Squared control differences between n+1 and n, at the minimum")
+    lines.append("  n+1 - n         x     paper          y     paper   [m²/s⁴]")
+    for n, (x, y) in enumerate(paper.differences, 1):
+        lines.append(f"   {n + 1} - {n}  {x:10.1f}  {PRINTED[n - 1][3]:8.2f}  {y:9.1f}  {PRINTED[n - 1][4]:8.2f}")
+    lines += [
+        "  These depend on which of many feasible controls a solver returns and on a sampling that the paper does",
+        "  not state. At the minimum they are about ten times the paper's, fall at about its rate, and are not zero",
+        "  at n = 5.",
+        "",
+    ]
+    best, sweep_ = paper.two_link.best, paper.two_link
+    lines.append(
+        f"Two-link manipulator, CM space, n = 5, T = 5 s, 14 obstacle times: least M "
+        f"{best.peak:.6f} m/s² at T_obs = {float(sweep_.obstacle_times[sweep_.winner]):.4f} s, "
+        f"peak base force {best.peak_force:.6f} N for 1 kg"
+    )
+    lines.append(
+        "All five rows agree with the paper." if paper.agrees else "AT LEAST ONE DIGIT DIFFERS FROM THE PAPER."
+    )
+    return "\n".join(lines) + "\n"
+
+
+def figures(paper: Paper, folder: str | Path) -> list[Path]:
+    """Pictures like the paper's figures 3, 5, 6, 7, 8 and 11 as PNG; the files written."""
+    import matplotlib.pyplot as plt
+
+    from . import plots
+
+    made: list[Path] = []
+
+    def save(name: str, rows: int, columns: int, size: tuple[float, float]) -> Any:
+        figure, axes = plt.subplots(rows, columns, figsize=size, squeeze=False)
+        made.append(Path(folder) / name)
+        return figure, axes
+
+    def close(figure: Any) -> None:
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format="png", metadata={"Software": None})
+        plt.close(figure)
+        files.write(made[-1], buffer.getvalue())
+
+    n = [row.segments for row in paper.rows]
+    with plt.rc_context(plots.STYLE):
+        figure, axes = save("figure_03_circle.png", 1, 1, (4.5, 4.5))
+        plots.circle_approximation(Polygon(segments=5), ax=axes[0, 0])
+        close(figure)
+        figure, axes = save("figure_05_control.png", 3, 2, (9, 7.5))
+        for panels, segments in zip(axes, (1, 3, 5), strict=True):
+            for axis in (0, 1):
+                plots.control(paper.least[segments - 1], axis, ax=panels[axis])
+                panels[axis].set_title(f"n = {segments}", fontsize="medium")
+        close(figure)
+        figure, axes = save("figure_06_over_n.png", 1, 3, (12, 3.8))
+        plots.over_segments(n, [r.peak for r in paper.rows], "least M [m/s²]", axes[0, 0], paper.disc.peak)
+        plots.over_segments(n, [r.obstacle_time for r in paper.rows], "$T_{obs}$ [s]", axes[0, 1])
+        axes[0, 1].set_ylim(0, GENERAL.duration)
+        for axis, mark in ((0, "o"), (1, "s")):
+            axes[0, 2].semilogy(n[1:], paper.differences[:, axis], marker=mark, label=f"$\\Delta u_{'xy'[axis]}$")
+        axes[0, 2].set(xlabel="segments per quadrant n", ylabel="squared difference to n-1 [m²/s⁴]", xticks=n[1:])
+        axes[0, 2].legend()
+        close(figure)
+        figure, axes = save("figure_07_two_link_peak.png", 1, 1, (6, 4))
+        plots.peak_over_time(paper.two_link, ax=axes[0, 0])
+        close(figure)
+        figure, axes = save("figure_08_two_link_control.png", 1, 3, (13, 4))
+        for axis in (0, 1):
+            plots.control(paper.two_link.best, axis, ax=axes[0, axis])
+        plots.path(paper.two_link.best, ax=axes[0, 2])
+        close(figure)
+        figure, axes = save("figure_11_circle_error.png", 1, 1, (6, 4))
+        plots.circle_error(ax=axes[0, 0])
+        close(figure)
+    return made

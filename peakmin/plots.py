@@ -1,0 +1,149 @@
+"""Pictures in one style: readable in grey and by the colour-blind, units on every axis.
+
+Every function takes `ax=` and returns the axes it drew on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import matplotlib.pyplot as plt
+import numpy as np
+from cycler import cycler
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
+
+from .circle import Polygon
+
+if TYPE_CHECKING:
+    from .plan import Plan
+    from .sweep import Sweep
+
+# Okabe and Ito's colours in an order whose lightness differs too; dashes tell the lines apart in grey.
+BLUE, ORANGE, GREEN, PINK, BLACK = "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000"
+STYLE = {
+    "axes.prop_cycle": cycler(color=[BLUE, ORANGE, BLACK, GREEN, PINK], linestyle=["-", "--", "-.", ":", (0, (5, 1))]),
+    "axes.grid": True,
+    "grid.color": "#dddddd",
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "font.size": 10,
+    "figure.constrained_layout.use": True,
+    "savefig.dpi": 150,
+}
+WALL = {"color": "#555555", "linewidth": 4, "solid_capstyle": "butt", "zorder": 3}
+
+
+def _axes(ax: Axes | None) -> Axes:
+    if ax is not None:
+        return ax
+    with plt.rc_context(STYLE):
+        return plt.subplots()[1]
+
+
+def circle_approximation(polygon: Polygon, ax: Axes | None = None) -> Axes:
+    """One quadrant of the circle and its polygon for M = 1 (the paper's figure 3)."""
+    ax = _axes(ax)
+    angle = np.linspace(0, np.pi / 2, 200)
+    ax.plot(np.cos(angle), np.sin(angle), color=ORANGE, linestyle="--", label="circle")
+    corners = polygon.vertices[: polygon.segments + 1]
+    ax.plot(*corners.T, color=BLUE, marker="o", markersize=4, linestyle="-", label=f"n = {polygon.segments}")
+    ax.set(aspect="equal", xlabel="$u_x/M$", ylabel="$u_y/M$", title=f"Circle approximation, n = {polygon.segments}")
+    ax.legend(loc="lower left")
+    return ax
+
+
+def circle_error(segments: ArrayLike = range(1, 11), ax: Axes | None = None) -> Axes:
+    """Largest error 1 - cos(pi/(4n)) in percent over n (the paper's figure 11)."""
+    ax = _axes(ax)
+    n = np.asarray(segments)
+    ax.semilogy(n, [100 * Polygon(segments=int(k)).error for k in n], color=BLUE, marker="o", linestyle="-")
+    ax.set(xlabel="segments per quadrant n", ylabel="largest error [%]", title="Circle error")
+    ax.set_xticks(n)
+    return ax
+
+
+def control(plan: Plan, axis: int = 0, ax: Axes | None = None, label: str | None = None) -> Axes:
+    """One component of the acceleration over time (the paper's figures 5 and 8); axis 0 is x, 1 is y."""
+    ax = _axes(ax)
+    t = plan.times
+    u = plan.acceleration(t[:-1])[:, axis]
+    ax.stairs(u, t, baseline=None, label=label, color=ax._get_lines.get_next_color(), linewidth=1.4)  # type: ignore[attr-defined]
+    for at in plan.obstacle_times:
+        ax.axvline(at, color="#999999", linewidth=0.8, linestyle=":")
+    ax.set(xlabel="t [s]", ylabel=f"$u_{'xy'[axis]}$ [m/s²]")
+    return ax
+
+
+def control_size(plan: Plan, ax: Axes | None = None) -> Axes:
+    """|u| over time with the peak and the lower bound."""
+    ax = _axes(ax)
+    t = plan.times
+    ax.stairs(np.hypot(*plan.acceleration(t[:-1]).T), t, baseline=None, color=BLUE, label="|u(t)|")
+    ax.axhline(plan.peak, color=BLACK, linewidth=0.9, label=f"peak {plan.peak:.6g}")
+    ax.axhline(plan.lower_bound, color=ORANGE, linestyle="--", linewidth=1.2, label=f"bound {plan.lower_bound:.6g}")
+    ax.set(xlabel="t [s]", ylabel="|u| [m/s²]", ylim=(0, 1.15 * plan.peak or 1))
+    ax.legend(loc="lower center")
+    return ax
+
+
+def path(plan: Plan, ax: Axes | None = None) -> Axes:
+    """The path of the centre of mass with walls and crossing points (the paper's figure 8)."""
+    ax = _axes(ax)
+    maneuver = plan.maneuver
+    points = [np.array(maneuver.start.position), np.array(maneuver.goal.position)]
+    if plan.trajectory is not None:
+        track = plan.position(np.linspace(0, maneuver.duration, 600))
+        ax.plot(*track.T, color=BLUE, linestyle="-", label="path of the centre of mass")
+        points += list(track)
+    tips = [np.array(w.tip) for w in maneuver.obstacles]
+    cloud = np.array([*points, *tips])
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    room = max(float(np.max(high - low)), 1e-12)
+    for i, wall in enumerate(maneuver.obstacles):
+        direction = np.array(wall.direction) / np.hypot(*wall.direction)
+        ray = np.array([tips[i], tips[i] + room * direction])
+        ax.plot(*ray.T, label="wall" if i == 0 else None, **WALL)
+    if plan.trajectory is not None and len(plan.obstacle_times):
+        ax.plot(*plan.position(plan.obstacle_times).T, "D", color=ORANGE, markeredgecolor=BLACK, label="crossing")
+    ax.plot(*maneuver.start.position, "o", color=BLACK, label="start")
+    ax.plot(*maneuver.goal.position, "s", color=BLACK, label="goal")
+    margin = 0.12 * room
+    ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - 2 * margin, high[1] + margin))
+    ax.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    ax.legend(fontsize="small", loc="best")
+    return ax
+
+
+def peak_over_time(sweep: Sweep, ax: Axes | None = None, label: str | None = None) -> Axes:
+    """Least M over T_obs with the winner (the paper's figure 7); one wall."""
+    if sweep.obstacle_times.ndim != 1:
+        raise ValueError("peak_over_time draws sweeps over one wall")
+    ax = _axes(ax)
+    known = np.isfinite(sweep.peak)
+    ax.plot(sweep.obstacle_times[known], sweep.peak[known], color=BLUE, marker="o", markersize=4, label=label)
+    at, peak = sweep.obstacle_times[sweep.winner], sweep.peak[sweep.winner]
+    ax.plot(at, peak, "D", color=ORANGE, markeredgecolor=BLACK, label=f"least: {peak:.4f} m/s² at {at:.4f} s")
+    ax.axhline(sweep.best.lower_bound, color=BLACK, linestyle=":", label="lower bound at the winner, any control")
+    if peak > 0 and np.max(sweep.peak[known]) > 20 * peak:
+        ax.set_yscale("log")
+    ax.set(xlabel="$T_{obs}$ [s]", ylabel="least M [m/s²]")
+    ax.legend()
+    return ax
+
+
+def over_segments(
+    n: Sequence[int], values: ArrayLike, ylabel: str, ax: Axes | None = None, limit: float | None = None
+) -> Axes:
+    """Something over the segments per quadrant (the panels of the paper's figure 6); `limit` is n -> infinity."""
+    ax = _axes(ax)
+    ax.plot(n, np.asarray(values), color=BLUE, marker="o", linestyle="-")
+    if limit is not None:
+        ax.axhline(limit, color=ORANGE, linestyle="--", label=f"disc: {limit:.4f}")
+        ax.legend()
+    ax.set(xlabel="segments per quadrant n", ylabel=ylabel)
+    ax.set_xticks(list(n))
+    return ax

@@ -1,0 +1,197 @@
+"""Spec to cvxpy: each program is compiled once; afterwards only `M` and `obstacle_times` are set.
+
+Both programs hold unit controls v = u / M in the circle's shape and scale the equations by kappa = 1 / M:
+
+    v_k in shape,    A(T) v = kappa b(T)      (clear walls: + s_i f_i, s_i >= 0)
+
+With kappa a parameter this is the paper's feasibility problem; with kappa a variable to be maximised it is
+`direct`: no dense column for M, and v = 0 is always feasible. Rows depend on the obstacle times T:
+
+    uniform   one row of numbers per wall, a parameter of length `steps`;
+    aligned   per segment j of length h_j = T_{j+1} - T_j, with N_j holds, only the two sums
+              P_j = sum_k (N_j - k - 1/2) v_k / N_j^2 and S_j = sum_k v_k / N_j occur:
+              r_{j+1} = r_j + h_j (V_j + h_j P_j),   V_{j+1} = V_j + h_j S_j,
+              affine in h_j once a_j = h_j P_j is a variable, so T itself is the only parameter.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from .bracket import Answer
+from .circle import Array, Disc, Polygon
+from .errors import NotDPPError
+from .grid import Aligned, Uniform
+from .moments import PointMass, hold_rows
+from .spec import Maneuver
+
+# Tighter than the solvers' defaults: the proofs take what accuracy there is and a bracket shows what is missing.
+OPTIONS: dict[str, dict[str, Any]] = {
+    "CLARABEL": {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9, "accept_unknown": True},
+    "HIGHS": {},
+    "OSQP": {"eps_abs": 1e-8, "eps_rel": 1e-8, "max_iter": 20_000, "polishing": True},
+    "SCS": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 20_000},
+}
+
+
+@dataclass
+class Count:
+    """How much work the programs did."""
+
+    compilations: int = 0
+    solves: int = 0
+
+
+class _Program:
+    """What both programs share: v, the obstacle times, the compiled problem, the reading of answers."""
+
+    def __init__(self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned) -> None:
+        self.maneuver, self.circle, self.grid = maneuver, circle, grid
+        self.mass = PointMass.of(maneuver)
+        self.count = Count()
+        self.obstacle_times: Any = (
+            cp.Parameter(self.mass.walls, name="obstacle_times", pos=True) if self.mass.walls else None
+        )
+        self.v: Any = cp.Variable((grid.steps, 2), name="v")
+        self.problem: Any = None
+        self._bound: list[Any] = self.circle.constraints(self.v)
+        self._solvers: set[str] = set()
+
+    def _scaled_times(self) -> Array:
+        if self.obstacle_times is None:
+            return np.zeros(0)
+        return self.grid.place(np.asarray(self.obstacle_times.value) / self.mass.time)
+
+    def _build(self, objective: Any, kappa: Any, scale: Any, size: Any) -> None:
+        """The problem; kappa b is written kappa * (b * size()), with scale the parameter whose value is size()."""
+        if isinstance(self.grid, Aligned):
+            moments = self._segments(kappa, scale)
+        else:
+            moments = self._rows(kappa, scale, size)
+        self.problem = cp.Problem(objective, self._bound + moments)
+        if not self.problem.is_dcp(dpp=True):
+            raise NotDPPError(f"{type(self).__name__} on {self.circle} and {self.grid} is not DPP")
+
+    def _rows(self, kappa: Any, scale: Any, size: Any) -> list[Any]:
+        q, edges = self.mass.walls, self.grid.edges(np.zeros(0))
+
+        def targets() -> Array | None:
+            value = size()
+            return None if value is None else self.mass.targets(self._scaled_times()) * value
+
+        b = cp.CallbackParam(targets, (2 + q, 2))
+        ends = hold_rows(edges, np.zeros(0)) @ self.v == kappa * b[:2]
+        if not q:
+            return [ends]
+        rows = cp.CallbackParam(lambda: hold_rows(edges, self._scaled_times())[2:], (q, self.grid.steps))
+        beyond, slack = self._beyond()
+        walls = rows @ self.v == kappa * b[2:] + beyond
+        return [ends, walls, *slack]
+
+    def _beyond(self) -> tuple[Any, list[Any]]:
+        """s_i f_i of the clear walls, shape (q, 2), with s_i >= 0."""
+        if not np.any(self.mass.clear):
+            return np.zeros((self.mass.walls, 2)), []
+        s = cp.Variable(int(np.sum(self.mass.clear)), name="s")
+        select = np.eye(self.mass.walls)[:, self.mass.clear]
+        return cp.multiply(select @ cp.reshape(s, (s.size, 1), order="C") @ np.ones((1, 2)), self.mass.free), [s >= 0]
+
+    def _segments(self, kappa: Any, scale: Any) -> list[Any]:
+        q, mass = self.mass.walls, self.mass
+        beyond, constraints = self._beyond() if q else (None, [])
+        points = [np.zeros(2), *(kappa * scale * mass.tips[i] + beyond[i] for i in range(q))]
+        points.append(kappa * scale * mass.pf)
+        speeds = [cp.Variable(2) for _ in range(q + 1)]
+        speeds.append(kappa * scale * mass.vf)
+        constraints.append(speeds[0] == kappa * scale * mass.v0)
+        ends = [0.0, *(self.obstacle_times[i] / mass.time for i in range(q)), 1.0]
+        first = 0
+        for j, holds in enumerate(self.grid.holds(q)):  # type: ignore[union-attr]
+            v = self.v[first : first + holds]
+            first += holds
+            h = ends[j + 1] - ends[j]
+            later = holds - np.arange(holds) - 0.5
+            a, s = cp.Variable(2), cp.Variable(2)
+            # sums over 20,000 holds stay of order one: each row is divided by N_j on the left, not on the right
+            constraints += [holds * a == cp.multiply(h, (later / holds) @ v), holds * s == np.ones(holds) @ v]
+            constraints.append(points[j + 1] - points[j] == cp.multiply(h, speeds[j] + a))
+            constraints.append(speeds[j + 1] - speeds[j] == cp.multiply(h, s))
+        return constraints
+
+    def place(self, times: Sequence[float] | Array) -> Array:
+        """Set the obstacle times [s], shape (q,); the scaled times that the grid makes of them."""
+        if self.obstacle_times is not None:
+            self.obstacle_times.value = np.asarray(times, dtype=float)
+        return self._scaled_times()
+
+    def solve(self, solver: str) -> Answer:
+        """Solve with the values set, and read off what the solver proposes, whatever its status.
+
+        Args:
+            solver: CLARABEL, HIGHS, OSQP or SCS.
+        """
+        self.count.solves += 1
+        self.count.compilations += solver not in self._solvers
+        self._solvers.add(solver)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # "may be inaccurate": the bracket measures by how much
+                self.problem.solve(solver=solver, warm_start=False, enforce_dpp=True, **OPTIONS[solver])
+        except (cp.SolverError, ValueError, ArithmeticError) as error:
+            return Answer(status=f"failed: {error}")
+        return Answer(self._control(), self.circle.costate(self._bound), str(self.problem.status))
+
+    def _control(self) -> Array | None:
+        raise NotImplementedError
+
+
+class FeasibilityProgram(_Program):
+    """Is there a control with |u| <= M that passes the walls at these times? (the paper's LP problem)
+
+    `problem` is a cvxpy problem; set `M.value` [m/s^2] and `obstacle_times.value` (q,) [s], nothing else, and
+    solve. `v`, shape (steps, 2), is the control in units of M.
+    """
+
+    def __init__(self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned) -> None:
+        super().__init__(maneuver, circle, grid)
+        self.M: Any = cp.Parameter(pos=True, name="M")
+
+        def size() -> float | None:
+            return None if self.M.value is None else self.mass.unit / float(self.M.value)
+
+        self._build(cp.Minimize(0), 1.0, cp.CallbackParam(size, nonneg=True), size)
+
+    def _control(self) -> Array | None:
+        return None if self.v.value is None else self.v.value * (self.M.value / self.mass.unit)
+
+
+class DirectProgram(_Program):
+    """The least M for these obstacle times, M a variable: maximises kappa = floor / M.
+
+    Set `obstacle_times.value` (q,) [s]; `M` is the least peak [m/s^2] by the solver's account.
+    """
+
+    def __init__(self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned) -> None:
+        super().__init__(maneuver, circle, grid)
+        self.kappa: Any = cp.Variable(name="kappa")
+        self._build(cp.Maximize(self.kappa), self.kappa, cp.CallbackParam(self._size, nonneg=True), self._size)
+
+    def _size(self) -> float:
+        # an a-priori lower end of M keeps kappa near one wherever the obstacle times are
+        return 1.0 / self.mass.floor(self._scaled_times())
+
+    @property
+    def M(self) -> float:
+        """Least peak [m/s^2] by the last solve."""
+        return float(self.mass.unit / (self.kappa.value * self._size()))
+
+    def _control(self) -> Array | None:
+        if self.v.value is None or self.kappa.value is None or not self.kappa.value > 0:
+            return None
+        return np.asarray(self.v.value / (self.kappa.value * self._size()))

@@ -1,0 +1,199 @@
+"""What is asked: the maneuver, and the settings of how to answer. The JSON keys are the field names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from .circle import Circle, Disc
+from .errors import SpecError
+from .grid import Aligned, Grid
+from .model import Count, Model, Positive, Vector
+
+MAX_SWEEP_POINTS = 100_000  # ordered obstacle times; above it a sweep would take days
+SOLVERS = {"disc": ("CLARABEL", "SCS"), "polygon": ("CLARABEL", "HIGHS", "OSQP", "SCS")}
+
+
+class State(Model):
+    """Position [m] and velocity [m/s] of the centre of mass."""
+
+    position: Vector
+    velocity: Vector = (0.0, 0.0)
+
+
+class Wall(Model):
+    """A ray from `tip` [m] along `direction`; the path crosses its line on the free side of the tip.
+
+    Args:
+        tip: end of the ray, (d, h) of the paper.
+        direction: from the tip into the wall, any length but zero; the paper's wall hangs down, (0, -1).
+        contact: "touch" crosses the line at the tip (the paper), "clear" at the tip or beyond it.
+    """
+
+    kind: Literal["wall"] = "wall"
+    tip: Vector
+    direction: Vector = (0.0, -1.0)
+    contact: Literal["touch", "clear"] = "clear"
+
+    @model_validator(mode="after")
+    def _has_a_direction(self) -> Wall:
+        if math.hypot(*self.direction) < 1e-150:
+            raise ValueError(f".direction: was {list(self.direction)}, must not be zero")
+        return self
+
+
+class Maneuver(Model):
+    """From start to goal in the given time, past the walls in the order listed.
+
+    Args:
+        start, goal: states of the centre of mass.
+        duration: T [s].
+        mass: m [kg]; the peak base reaction force is mass times the peak acceleration.
+        obstacles: q walls, crossed in the order listed at times 0 < T_1 < ... < T_q < T.
+        max_peak: optional bound on the peak [m/s^2]; where the proved least peak is above it, the answer is
+            "infeasible".
+    """
+
+    start: State
+    goal: State
+    duration: Positive
+    mass: Positive = 1.0
+    obstacles: tuple[Wall, ...] = ()
+    max_peak: Positive | None = None
+
+    @model_validator(mode="after")
+    def _walls_can_be_crossed_in_order(self) -> Maneuver:
+        start, goal = np.array(self.start.position), np.array(self.goal.position)
+        for i, (first, second) in enumerate(zip(self.obstacles, self.obstacles[1:], strict=False)):
+            if first == second:
+                raise ValueError(f".obstacles[{i + 1}]: was the same wall as the one before, must be listed once")
+            (ax, ay), (bx, by) = first.direction, second.direction
+            if abs(ax * by - ay * bx) > 1e-12 * math.hypot(ax, ay) * math.hypot(bx, by):
+                continue
+            normal = np.array([-ay, ax]) / math.hypot(ax, ay)
+            along = float(normal @ (goal - start))
+            places = [float(normal @ (np.array(w.tip) - start)) / along if along else -1 for w in (first, second)]
+            if 1 > places[0] > places[1] > 0:
+                raise ValueError(
+                    f".obstacles[{i + 1}].tip: was {list(second.tip)}, must be listed before obstacles[{i}] "
+                    "(walls are crossed in the order listed, and the way to the goal meets this line first)"
+                )
+        return self
+
+
+class Bisection(Model):
+    """Bisection on M over feasibility problems (the paper's inner loop).
+
+    Args:
+        upper: first M_right [m/s^2]; doubled until a control is found. Default: four times an a-priori bound.
+        tolerance: width of the bracket [m/s^2] at which to stop. Default: 1e-6 of its upper end.
+        verified: move the ends by proofs (far fewer solves) instead of to midpoints (the paper).
+    """
+
+    kind: Literal["bisection"] = "bisection"
+    upper: Positive | None = None
+    tolerance: Positive | None = None
+    verified: bool = True
+
+
+class Direct(Model):
+    """One program with M as a variable."""
+
+    kind: Literal["direct"] = "direct"
+
+
+class SweepSearch(Model):
+    """The paper's outer loop: `count` obstacle times from `start` to `stop` [s], both included.
+
+    Default ends: a tenth of the duration from either end (the paper). Several walls take every ordered choice.
+    """
+
+    kind: Literal["sweep"] = "sweep"
+    start: Positive | None = None
+    stop: Positive | None = None
+    count: Count = 18
+
+    def span(self, duration: float) -> tuple[float, float]:
+        """First and last obstacle time [s]."""
+        return (
+            0.1 * duration if self.start is None else self.start,
+            0.9 * duration if self.stop is None else self.stop,
+        )
+
+
+class RefineSearch(Model):
+    """A sweep with one edge per quadrant over the whole duration, then closer around the winner."""
+
+    kind: Literal["refine"] = "refine"
+    count: Count = 18
+
+
+class Settings(Model):
+    """How to answer: the circle, the grid, the inner loop (`method`), the outer loop (`search`), the solver."""
+
+    circle: Circle = Disc()
+    grid: Grid = Aligned()
+    method: Annotated[Bisection | Direct, Field(discriminator="kind")] = Direct()
+    search: Annotated[SweepSearch | RefineSearch, Field(discriminator="kind")] = RefineSearch()
+    solver: Literal["CLARABEL", "HIGHS", "OSQP", "SCS"] = "CLARABEL"
+
+    @model_validator(mode="after")
+    def _solver_can(self) -> Settings:
+        able = SOLVERS[self.circle.kind]
+        if self.solver not in able:
+            raise ValueError(f".solver: was {self.solver!r}, must be {' or '.join(able)} for a {self.circle.kind}")
+        return self
+
+    @property
+    def solvers(self) -> Iterator[str]:
+        """The solver asked for, then the ones to fall back to."""
+        yield self.solver
+        yield from (name for name in SOLVERS[self.circle.kind] if name != self.solver)
+
+
+class Spec(Model):
+    """A whole spec file."""
+
+    version: Literal[1] = 1
+    maneuver: Maneuver
+    settings: Settings = Settings()
+
+    @model_validator(mode="after")
+    def _fit_together(self) -> Spec:
+        try:
+            check(self.maneuver, self.settings)
+        except SpecError as error:
+            raise ValueError(f".{error}") from None
+        return self
+
+
+def check(maneuver: Maneuver, settings: Settings) -> None:
+    """Refuse settings that do not fit the maneuver. Raises `SpecError`."""
+    walls, grid, search = len(maneuver.obstacles), settings.grid, settings.search
+    if grid.steps < walls + 2:
+        raise SpecError(f"settings.grid.steps: was {grid.steps}, must be at least {walls + 2} (walls + 2)")
+    if isinstance(search, SweepSearch):
+        start, stop = search.span(maneuver.duration)
+        for name, value in (("start", start), ("stop", stop)):
+            if not 0 < value < maneuver.duration:
+                raise SpecError(
+                    f"settings.search.{name}: was {value}, must be between 0 and the duration {maneuver.duration}"
+                )
+        if start > stop:
+            raise SpecError(f"settings.search.start: was {start}, must not be after stop, {stop}")
+    if walls > search.count:
+        raise SpecError(f"settings.search.count: was {search.count}, must be at least the number of walls, {walls}")
+    if math.comb(search.count, walls) > MAX_SWEEP_POINTS:
+        raise SpecError(
+            f"maneuver.obstacles: was {walls} walls, must be fewer for {search.count} obstacle times "
+            f"(at most {MAX_SWEEP_POINTS} ordered choices)"
+        )
+
+
+def schema() -> dict[str, Any]:
+    """The JSON Schema of a spec file."""
+    return Spec.model_json_schema()

@@ -1,0 +1,75 @@
+"""A control and the motion it makes, callable at any time, in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .circle import Array
+
+
+class Trajectory(Protocol):
+    """Position [m], velocity [m/s] and acceleration [m/s^2] at times t [s]: shape (...) -> (..., 2)."""
+
+    @property
+    def nodes(self) -> Array:
+        """Times [s] between which the motion is smooth, shape (N+1,)."""
+
+    def position(self, t: ArrayLike) -> Array: ...
+    def velocity(self, t: ArrayLike) -> Array: ...
+    def acceleration(self, t: ArrayLike) -> Array: ...
+    def peak(self) -> float:
+        """Largest |acceleration| [m/s^2]."""
+
+
+@dataclass(frozen=True)
+class HoldTrajectory:
+    """Piecewise constant control: parabolas between the nodes.
+
+    nodes [s] (steps+1,), control [m/s^2] (steps, 2), start position [m] and velocity [m/s] (2,).
+    Times outside the maneuver continue the first or the last hold.
+    """
+
+    nodes: Array
+    control: Array
+    start_position: Array
+    start_velocity: Array
+
+    @property
+    def node_velocity(self) -> Array:
+        """Velocity at the nodes, shape (steps+1, 2)."""
+        steps = np.diff(self.nodes)[:, None] * self.control
+        return np.vstack([self.start_velocity, self.start_velocity + np.cumsum(steps, axis=0)])
+
+    @property
+    def node_position(self) -> Array:
+        """Position at the nodes, shape (steps+1, 2)."""
+        dt, v = np.diff(self.nodes)[:, None], self.node_velocity
+        steps = dt * (v[:-1] + 0.5 * dt * self.control)
+        return np.vstack([self.start_position, self.start_position + np.cumsum(steps, axis=0)])
+
+    def _hold(self, t: ArrayLike) -> tuple[Array, Array]:
+        t = np.asarray(t, dtype=float)
+        k = np.clip(np.searchsorted(self.nodes, t, side="right") - 1, 0, len(self.control) - 1)
+        return k, (t - self.nodes[k])[..., None]
+
+    def position(self, t: ArrayLike) -> Array:
+        """Position [m] at t [s], shape (...) -> (..., 2)."""
+        k, s = self._hold(t)
+        return np.asarray(self.node_position[k] + s * self.node_velocity[k] + 0.5 * s * s * self.control[k])
+
+    def velocity(self, t: ArrayLike) -> Array:
+        """Velocity [m/s] at t [s], shape (...) -> (..., 2)."""
+        k, s = self._hold(t)
+        return np.asarray(self.node_velocity[k] + s * self.control[k])
+
+    def acceleration(self, t: ArrayLike) -> Array:
+        """Acceleration [m/s^2] at t [s], shape (...) -> (..., 2); at a node that of the hold it begins."""
+        return self.control[self._hold(t)[0]]
+
+    def peak(self) -> float:
+        """Largest |acceleration| [m/s^2]."""
+        return float(np.max(np.hypot(*self.control.T)))
