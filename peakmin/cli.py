@@ -132,8 +132,10 @@ def _save(path: Path, thing: Plan | Sweep) -> None:
     buffer = io.BytesIO()
     with plt.rc_context(plots.STYLE):
         ax = thing.plot()
-        ax.figure.savefig(buffer, format="png", metadata={"Software": None})  # type: ignore[call-arg]
-        plt.close(ax.figure)  # type: ignore[arg-type]
+        figure = ax.get_figure(root=True)
+        assert figure is not None
+        figure.savefig(buffer, format="png", metadata={"Software": None})
+        plt.close(figure)
     files.write(path, buffer.getvalue())
 
 

@@ -8,6 +8,7 @@ when the bracket is at most 0.01 wide; the M reported is its upper end.
 from __future__ import annotations
 
 import io
+import itertools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -88,16 +89,9 @@ class Paper:
             "agrees": self.agrees,
             "table1": [{**vars(row), "agrees": row.agrees} for row in self.rows],
             "squared_control_differences": [
-                {
-                    "from": n,
-                    "to": n + 1,
-                    "x": float(x),
-                    "y": float(y),
-                    "paper_x": PRINTED[n - 1][3],
-                    "paper_y": PRINTED[n - 1][4],
-                }
-                for n, (x, y) in enumerate(self.differences, 1)
-            ],  # fmt: skip
+                {"from": printed[0], "to": printed[0] + 1, "x": x, "y": y, "paper_x": printed[3], "paper_y": printed[4]}
+                for printed, (x, y) in zip(PRINTED, self.differences.tolist(), strict=False)
+            ],
             "disc_on_the_same_grid": self.disc.peak,
             "two_link": self.two_link.document(),
         }
@@ -128,7 +122,7 @@ def compute(progress: Progress | None = None) -> Paper:
         if progress:
             progress(len(rows), total)
     controls = [plan.acceleration(plan.times[:-1]) for plan in least]
-    differences = np.array([np.sum((b - a) ** 2, axis=0) for a, b in zip(controls, controls[1:], strict=False)])
+    differences = np.array([np.sum((b - a) ** 2, axis=0) for a, b in itertools.pairwise(controls)])
     disc = sweep(
         GENERAL, settings(1, None).model_copy(update={"circle": Disc()}), times=obstacle_nodes()[[found.winner]]
     ).best

@@ -6,7 +6,7 @@ Every function takes `ax=` and returns the axes it drew on.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 # Okabe and Ito's colours in an order whose lightness differs too; dashes tell the lines apart in grey.
 BLUE, ORANGE, GREEN, PINK, BLACK = "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000"
-STYLE = {
+STYLE: Any = {  # matplotlib's rc parameters
     "axes.prop_cycle": cycler(color=[BLUE, ORANGE, BLACK, GREEN, PINK], linestyle=["-", "--", "-.", ":", (0, (5, 1))]),
     "axes.grid": True,
     "grid.color": "#dddddd",
@@ -34,7 +34,7 @@ STYLE = {
     "figure.constrained_layout.use": True,
     "savefig.dpi": 150,
 }
-WALL = {"color": "#555555", "linewidth": 4, "solid_capstyle": "butt", "zorder": 3}
+WALL: Any = {"color": "#555555", "linewidth": 4, "solid_capstyle": "butt", "zorder": 3}
 
 
 def _axes(ax: Axes | None) -> Axes:
@@ -114,7 +114,7 @@ def path(plan: Plan, ax: Axes | None = None) -> Axes:
     margin = 0.12 * room
     ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - 2 * margin, high[1] + margin))
     ax.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    ax.legend(fontsize="small", loc="best")
+    ax.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
     return ax
 
 

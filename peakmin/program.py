@@ -35,7 +35,7 @@ from .spec import Maneuver
 OPTIONS: dict[str, dict[str, Any]] = {
     "CLARABEL": {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9, "accept_unknown": True},
     "HIGHS": {},
-    "OSQP": {"eps_abs": 1e-8, "eps_rel": 1e-8, "max_iter": 20_000, "polishing": True},
+    "OSQP": {"eps_abs": 1e-6, "eps_rel": 1e-6, "max_iter": 40_000, "polishing": True},
     "SCS": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 20_000},
 }
 
@@ -70,10 +70,8 @@ class _Program:
 
     def _build(self, objective: Any, kappa: Any, scale: Any, size: Any) -> None:
         """The problem; kappa b is written kappa * (b * size()), with scale the parameter whose value is size()."""
-        if isinstance(self.grid, Aligned):
-            moments = self._segments(kappa, scale)
-        else:
-            moments = self._rows(kappa, scale, size)
+        aligned = isinstance(self.grid, Aligned)
+        moments = self._segments(kappa, scale) if aligned else self._rows(kappa, scale, size)
         self.problem = cp.Problem(objective, self._bound + moments)
         if not self.problem.is_dcp(dpp=True):
             raise NotDPPError(f"{type(self).__name__} on {self.circle} and {self.grid} is not DPP")
@@ -81,17 +79,23 @@ class _Program:
     def _rows(self, kappa: Any, scale: Any, size: Any) -> list[Any]:
         q, edges = self.mass.walls, self.grid.edges(np.zeros(0))
 
+        def norms() -> Array:  # rows of length one, or first-order solvers stall
+            return np.asarray(np.linalg.norm(hold_rows(edges, self._scaled_times()), axis=1, keepdims=True))
+
         def targets() -> Array | None:
             value = size()
-            return None if value is None else self.mass.targets(self._scaled_times()) * value
+            return None if value is None else self.mass.targets(self._scaled_times()) * value / norms()
+
+        def walls_rows() -> Array:
+            return np.asarray((hold_rows(edges, self._scaled_times()) / norms())[2:])
 
         b = cp.CallbackParam(targets, (2 + q, 2))
-        ends = hold_rows(edges, np.zeros(0)) @ self.v == kappa * b[:2]
+        fixed = hold_rows(edges, np.zeros(0))
+        ends = (fixed / np.linalg.norm(fixed, axis=1, keepdims=True)) @ self.v == kappa * b[:2]
         if not q:
             return [ends]
-        rows = cp.CallbackParam(lambda: hold_rows(edges, self._scaled_times())[2:], (q, self.grid.steps))
         beyond, slack = self._beyond()
-        walls = rows @ self.v == kappa * b[2:] + beyond
+        walls = cp.CallbackParam(walls_rows, (q, self.grid.steps)) @ self.v == kappa * b[2:] + beyond
         return [ends, walls, *slack]
 
     def _beyond(self) -> tuple[Any, list[Any]]:
@@ -104,7 +108,7 @@ class _Program:
 
     def _segments(self, kappa: Any, scale: Any) -> list[Any]:
         q, mass = self.mass.walls, self.mass
-        beyond, constraints = self._beyond() if q else (None, [])
+        beyond, constraints = self._beyond()
         points = [np.zeros(2), *(kappa * scale * mass.tips[i] + beyond[i] for i in range(q))]
         points.append(kappa * scale * mass.pf)
         speeds = [cp.Variable(2) for _ in range(q + 1)]
@@ -118,8 +122,10 @@ class _Program:
             h = ends[j + 1] - ends[j]
             later = holds - np.arange(holds) - 0.5
             a, s = cp.Variable(2), cp.Variable(2)
-            # sums over 20,000 holds stay of order one: each row is divided by N_j on the left, not on the right
-            constraints += [holds * a == cp.multiply(h, (later / holds) @ v), holds * s == np.ones(holds) @ v]
+            # rows of length about one, also for 20,000 holds: sqrt(N_j) on both sides
+            root = np.sqrt(holds)
+            constraints.append(root * a == cp.multiply(h, (later / (root * holds)) @ v))
+            constraints.append(root * s == np.full(holds, 1 / root) @ v)
             constraints.append(points[j + 1] - points[j] == cp.multiply(h, speeds[j] + a))
             constraints.append(speeds[j + 1] - speeds[j] == cp.multiply(h, s))
         return constraints

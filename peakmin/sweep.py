@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from .bisection import LeastPeak
 from .circle import Array, Polygon
+from .errors import SpecError
 from .grid import Uniform
 from .plan import Made, Plan, from_bracket, peak_of
 from .spec import SOLVERS, Direct, Maneuver, RefineSearch, Settings, SweepSearch, check
@@ -126,8 +127,6 @@ def sweep(
 
 
 def _refuse(points: Array, maneuver: Maneuver) -> None:
-    from .errors import SpecError
-
     ends = np.zeros((len(points), 1)), np.full((len(points), 1), maneuver.duration)
     bad = ~np.all(np.diff(np.hstack([ends[0], points, ends[1]]), axis=1) > 0, axis=1)
     if np.any(bad) and points.shape[1]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .circle import Array
 
@@ -51,7 +51,7 @@ class HoldTrajectory:
         steps = dt * (v[:-1] + 0.5 * dt * self.control)
         return np.vstack([self.start_position, self.start_position + np.cumsum(steps, axis=0)])
 
-    def _hold(self, t: ArrayLike) -> tuple[Array, Array]:
+    def _hold(self, t: ArrayLike) -> tuple[NDArray[np.intp], Array]:
         t = np.asarray(t, dtype=float)
         k = np.clip(np.searchsorted(self.nodes, t, side="right") - 1, 0, len(self.control) - 1)
         return k, (t - self.nodes[k])[..., None]
@@ -68,7 +68,7 @@ class HoldTrajectory:
 
     def acceleration(self, t: ArrayLike) -> Array:
         """Acceleration [m/s^2] at t [s], shape (...) -> (..., 2); at a node that of the hold it begins."""
-        return self.control[self._hold(t)[0]]
+        return np.asarray(self.control[self._hold(t)[0]])
 
     def peak(self) -> float:
         """Largest |acceleration| [m/s^2]."""

@@ -1,0 +1,28 @@
+import matplotlib
+
+import peakmin as pm
+
+matplotlib.use("Agg")
+
+
+def wall_maneuver(contact="clear", **changes):
+    """The paper's general problem, T = 1."""
+    return pm.Maneuver(
+        **{
+            "start": pm.State(position=(0, 0)),
+            "goal": pm.State(position=(1, 0)),
+            "duration": 1.0,
+            "obstacles": (pm.Wall(tip=(0.5, 0.5), contact=contact),),
+            **changes,
+        }
+    )
+
+
+def least(maneuver, times=(), **settings):
+    """Bracket [m/s^2] at given obstacle times, as (lower, upper)."""
+    from peakmin.bisection import LeastPeak
+
+    peak = LeastPeak(maneuver, pm.Settings(**settings))
+    bracket = peak(times)
+    unit = peak.program.mass.unit
+    return bracket.lower * unit, bracket.upper * unit

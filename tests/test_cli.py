@@ -1,0 +1,107 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import peakmin as pm
+from peakmin import cli
+
+EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.json"))
+
+
+def run(*arguments):
+    return subprocess.run([sys.executable, "-c", "from peakmin.cli import main; main()", *map(str, arguments)],
+                          capture_output=True, text=True, timeout=300)  # fmt: skip
+
+
+def call(capsys, *arguments):
+    """In this process: exit status, stdout, stderr."""
+    with pytest.raises(SystemExit) as end:
+        cli.main([str(a) for a in arguments])
+    out = capsys.readouterr()
+    return end.value.code, out.out, out.err
+
+
+@pytest.fixture
+def spec(tmp_path):
+    def write(**maneuver):
+        base = {"start": {"position": [0, 0]}, "goal": {"position": [1, 0]}, "duration": 1.0}
+        path = tmp_path / "spec.json"
+        path.write_text(
+            json.dumps({"maneuver": {**base, **maneuver}, "settings": {"grid": {"kind": "aligned", "steps": 40}}})
+        )
+        return path
+
+    return write
+
+
+def test_there_are_five_examples_and_more():
+    assert len(EXAMPLES) >= 5
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_examples_solve(path, capsys):
+    status, out, err = call(capsys, "solve", path, "--json")
+    document = json.loads(out)
+    assert (status, document["status"], err) == (0, "solved", "")
+    assert document["lower_bound"] <= document["peak"]
+    for key in ("gap", "peak_force", "obstacle_times", "times", "position", "velocity", "acceleration"):
+        assert key in document
+
+
+def test_solve_writes_its_files(spec, tmp_path, capsys):
+    status, out, _ = call(
+        capsys, "solve", spec(obstacles=[{"kind": "wall", "tip": [0.5, 0.2]}]), "--out", tmp_path / "o"
+    )
+    assert status == 0
+    assert "solved: peak" in out
+    assert {p.name for p in (tmp_path / "o").iterdir()} == {"plan.json", "plan.csv", "plan.png"}
+
+
+def test_sweep_prints_m_over_the_obstacle_times(spec, tmp_path, capsys):
+    path = spec(obstacles=[{"kind": "wall", "tip": [0.5, 0.5]}])
+    status, out, _ = call(capsys, "sweep", path, "--json", "--out", tmp_path / "o")
+    document = json.loads(out)
+    assert status == 0
+    assert len(document["obstacle_times"]) == len(document["peak"]) == 18
+    assert document["best"]["peak"] == min(document["peak"])
+    assert {"sweep.json", "sweep.csv", "sweep.png", "plan.json"} <= {p.name for p in (tmp_path / "o").iterdir()}
+    status, out, _ = call(capsys, "sweep", path)
+    assert "<- least" in out
+
+
+def test_schema_is_json_schema(capsys):
+    status, out, _ = call(capsys, "schema")
+    assert status == 0
+    assert json.loads(out) == json.loads(json.dumps(pm.schema()))
+
+
+def test_infeasible_is_exit_status_3(spec, capsys):
+    status, out, err = call(capsys, "solve", spec(max_peak=3.9), "--json")
+    assert (status, json.loads(out)["status"], err) == (3, "infeasible", "")
+
+
+def test_bad_input_is_one_line_and_exit_status_2(spec, tmp_path):
+    for arguments in (("solve", spec(duration=0)), ("sweep", tmp_path / "none.json"), ("solve", tmp_path)):
+        result = run(*arguments)
+        assert result.returncode == 2
+        assert result.stdout == ""
+        assert result.stderr.count("\n") == 1
+        assert "Traceback" not in result.stderr
+
+
+def test_wrong_usage_is_exit_status_2():
+    for arguments in (("solve",), ("fly",), ("solve", "a.json", "--fast")):
+        result = run(*arguments)
+        assert result.returncode == 2
+        assert "Traceback" not in result.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_refused(spec, tmp_path, capsys):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    status, _, err = call(capsys, "solve", spec(), "--out", blocked / "o")
+    assert status == 2
+    assert err.count("\n") == 1
