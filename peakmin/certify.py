@@ -1,6 +1,20 @@
-"""Lower bounds that hold for every control, and need no trust in a solver."""
+"""Lower bounds that hold for every control, and need no trust in a solver.
+
+At given obstacle times T any admissible multipliers L prove M >= D(L, T) = <L, b(T)> / I(L, T). Over a box of times:
+for fixed L the Hessian of I in T is positive semidefinite but for the terms l_i . p(T_i)/|p(T_i)| on its diagonal,
+so I + sum |l_i| T_i^2 / 2 is convex, and <L, b> is affine. Interpolating between the corners, with w_i the widths,
+
+    M*(T) >= min over the corners of  <L, b(corner)> / ( I(L, corner) + sum_i |l_i| w_i^2 / 8 )
+
+for every T in the closed box, the ends 0 and 1 included (g_i is as good there as anywhere; nothing is divided by a
+length of time), provided that every numerator is positive.
+"""
 
 from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,16 +23,81 @@ from .moments import ROUNDING, PointMass, impulse
 
 
 def lower_bound(mass: PointMass, times: Array, multipliers: Array) -> float:
-    """D(L, T) = <L, b(T)> / int_0^1 |p(t)| dt: no control at all has a smaller peak [scaled] at these times.
+    """D(L, T): no control at all has a smaller peak [scaled] at these times.
 
     Args:
         mass: the maneuver in scaled units.
         times: obstacle times [scaled], shape (q,).
         multipliers: any L, shape (2+q, 2); made admissible first.
     """
+    return box_bound(mass, times, times, multipliers)
+
+
+def box_bound(mass: PointMass, low: Array, high: Array, multipliers: Array) -> float:
+    """The bound above for low <= T <= high [scaled], shape (q,) each; zero where it proves nothing."""
     trial = mass.admissible(multipliers / (np.max(np.abs(multipliers)) or 1.0))
-    b, size = mass.targets(times), np.abs(trial)
-    work = np.sum(trial * b) - np.sum(size * (ROUNDING * np.abs(b) + mass.target_errors(times)))
-    if not work > 0:
+    width = np.asarray(high) - np.asarray(low)
+    ends = [(a,) if a == b else (a, b) for a, b in zip(low, high, strict=True)]
+    corners = np.array(list(itertools.product(*ends)), dtype=float)
+    size = np.abs(trial)
+    b = mass.targets(corners)
+    error = np.sum(size * (ROUNDING * np.abs(b) + mass.target_errors(np.asarray(high))), axis=(-2, -1))
+    work = np.sum(trial * b, axis=(-2, -1)) - error
+    if not np.all(work > 0):
         return 0.0
-    return float(work / (impulse(trial, times) * (1 + ROUNDING) + ROUNDING * np.sum(size)))
+    bulge = np.sum(np.hypot(*trial[2:].T) * width**2) / 8
+    area = (impulse(trial, corners) + bulge) * (1 + ROUNDING) + ROUNDING * np.sum(size)
+    return float(np.min(work / area)) * (1 - ROUNDING)
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A box of obstacle times [scaled] and the multipliers that bound M on it: low, high (q,), (2+q, 2)."""
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    multipliers: Array
+
+    def bound(self, mass: PointMass) -> float:
+        """No control crosses the walls at times in this box with a smaller peak [scaled]."""
+        return box_bound(mass, np.array(self.low), np.array(self.high), self.multipliers)
+
+
+def out_of_order(low: Sequence[float], high: Sequence[float]) -> bool:
+    """Whether no T with T_1 < ... < T_q lies in the box."""
+    running = -np.inf
+    for a, b in zip(low, high, strict=True):
+        running = max(running, a)
+        if running >= b and (running > a or a == b):
+            return True
+    return False
+
+
+def covers(leaves: Sequence[Leaf], low: Sequence[float], high: Sequence[float]) -> bool:
+    """Whether the leaves cover every ordered T in the box, by cutting it until leaves are met. Exact in floats."""
+    if out_of_order(low, high):
+        return True
+    inside = [
+        leaf
+        for leaf in leaves
+        if all(a < d and c < b for a, b, c, d in zip(low, high, leaf.low, leaf.high, strict=True))
+    ]
+    if any(
+        all(c <= a and b <= d for a, b, c, d in zip(low, high, leaf.low, leaf.high, strict=True)) for leaf in inside
+    ):
+        return True
+    for axis in range(len(low)):
+        cuts = {leaf.low[axis] for leaf in inside} | {leaf.high[axis] for leaf in inside}
+        middle = 0.5 * (low[axis] + high[axis])
+        if middle in cuts and not any(leaf.low[axis] < middle < leaf.high[axis] for leaf in inside):
+            left, right = list(high), list(low)
+            left[axis], right[axis] = middle, middle
+            return covers(inside, low, left) and covers(inside, right, high)
+    return False
+
+
+def global_bound(mass: PointMass, leaves: Sequence[Leaf]) -> float:
+    """The least bound over leaves that cover all 0 < T_1 < ... < T_q < 1; zero where they leave a gap."""
+    if not covers(leaves, [0.0] * mass.walls, [1.0] * mass.walls):
+        return 0.0
+    return min((leaf.bound(mass) for leaf in leaves), default=0.0)

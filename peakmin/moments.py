@@ -19,14 +19,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .circle import Array
+from .integrals import mean_norm
 from .spec import Maneuver
 
 ROUNDING = 64 * np.finfo(float).eps  # relative error allowed for a sum of products before it is a proof
-
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-GAUSS_NODES, GAUSS_WEIGHTS = (1 + _NODES) / 2, _WEIGHTS / 2  # on [0, 1]
 
 
 @dataclass(frozen=True)
@@ -81,11 +80,13 @@ class PointMass:
         """Size of the scaled acceleration 1 [m/s^2]."""
         return self.length / self.time**2
 
-    def targets(self, times: Array) -> Array:
-        """b(T), shape (2+q, 2), affine in the obstacle times (q,)."""
-        return np.vstack(
-            [self.pf - self.v0, self.vf - self.v0, self.tips - np.multiply.outer(np.asarray(times), self.v0)]
-        )
+    def targets(self, times: Array, end: ArrayLike = 1.0) -> Array:
+        """b(T), shape (..., 2+q, 2), affine in the obstacle times (..., q) and in the end of the maneuver (...)."""
+        times, end = np.asarray(times, dtype=float), np.asarray(end, dtype=float)
+        shape = np.broadcast_shapes(times.shape[:-1], end.shape)
+        rows = [self.pf - np.multiply.outer(end, self.v0), self.vf - self.v0]
+        rows += [self.tips[i] - np.multiply.outer(times[..., i], self.v0) for i in range(self.walls)]
+        return np.stack([np.broadcast_to(row, (*shape, 2)) for row in rows], axis=-2)
 
     def target_errors(self, times: Array) -> Array:
         """Bound on the rounding error of `targets`, shape (2+q, 2)."""
@@ -160,44 +161,23 @@ def transition(dt: float) -> tuple[Array, Array]:
     return np.array([[1.0, dt], [0.0, 1.0]]), np.array([0.5 * dt * dt, dt])
 
 
-def costate(multipliers: Array, times: Array) -> tuple[Array, Array]:
-    """The kinks 0, T_1 .. T_q, 1 in order, shape (..., q+2), and p = sum l g there, shape (..., q+2, 2).
+def costate(multipliers: Array, times: Array, end: ArrayLike = 1.0) -> tuple[Array, Array]:
+    """The kinks 0, T_1 .. T_q, end in order, shape (..., q+2), and p = sum l g there, shape (..., q+2, 2).
 
-    p is linear between the kinks. Leading axes of times (..., q) and multipliers (..., 2+q, 2) broadcast.
+    p is linear between the kinks. Leading axes of times (..., q), multipliers (..., 2+q, 2) and end (...) broadcast;
+    times beyond the end count as the end.
     """
-    times = np.asarray(times, dtype=float)
-    ends = np.broadcast_to([0.0, 1.0], (*times.shape[:-1], 2))
-    kinks = np.sort(np.concatenate([ends, times], axis=-1), axis=-1)
+    times, end = np.asarray(times, dtype=float), np.asarray(end, dtype=float)[..., None]
+    shape = np.broadcast_shapes(times.shape[:-1], end.shape[:-1])
+    inside = np.broadcast_to(np.minimum(times, end), (*shape, times.shape[-1]))
+    ends = np.broadcast_to(end, (*shape, 1))
+    kinks = np.sort(np.concatenate([np.zeros((*shape, 1)), inside, ends], axis=-1), axis=-1)
     hinges = np.maximum(times[..., None, :] - kinks[..., :, None], 0.0)  # (..., q+2, q)
-    straight = (1 - kinks)[..., None] * multipliers[..., None, 0, :] + multipliers[..., None, 1, :]
+    straight = (end - kinks)[..., None] * multipliers[..., None, 0, :] + multipliers[..., None, 1, :]
     return kinks, straight + hinges @ multipliers[..., 2:, :]
 
 
-def impulse(multipliers: Array, times: Array) -> Array:
-    """I = int_0^1 |p(t)| dt in closed form, shape (...), for times (..., q) and multipliers (..., 2+q, 2).
-
-    On a piece of length h from p_0 to p_1, with d = p_1 - p_0, s = p . d/|d| and e = |p_0 x d|/|d|,
-
-        int |p| dt = h/|d| [ s |p| + e^2 asinh(s/e) ] / 2   between the ends.
-
-    Where |d| is small against |p| the difference loses its digits; there an eight-point Gauss rule is exact to
-    rounding (the zeros of |p|^2 are ten piece lengths away).
-    """
-    kinks, p = costate(multipliers, times)
-    first, last, h = p[..., :-1, :], p[..., 1:, :], np.diff(kinks, axis=-1)
-    d = last - first
-    length = np.hypot(d[..., 0], d[..., 1])
-    sizes = np.hypot(p[..., 0], p[..., 1])
-    bent = length > 0.1 * np.minimum(sizes[..., :-1], sizes[..., 1:])
-    direction = d / np.where(bent, length, 1.0)[..., None]
-    e = np.abs(first[..., 0] * direction[..., 1] - first[..., 1] * direction[..., 0])
-
-    def antiderivative(at: Array, size: Array) -> Array:
-        s = np.sum(at * direction, axis=-1)
-        ratio = s / np.where(e > 1e-150, e, 1.0)
-        return np.asarray(0.5 * (s * size + e * e * np.arcsinh(ratio)))
-
-    exact = antiderivative(last, sizes[..., 1:]) - antiderivative(first, sizes[..., :-1])
-    between = first[..., None, :] + GAUSS_NODES[:, None] * d[..., None, :]
-    smooth = np.hypot(between[..., 0], between[..., 1]) @ GAUSS_WEIGHTS
-    return np.asarray(np.sum(h * np.where(bent, exact / np.where(bent, length, 1.0), smooth), axis=-1))
+def impulse(multipliers: Array, times: Array, end: ArrayLike = 1.0) -> Array:
+    """I = int_0^end |p(t)| dt in closed form, shape (...), for times (..., q) and multipliers (..., 2+q, 2)."""
+    kinks, p = costate(multipliers, times, end)
+    return np.asarray(np.sum(np.diff(kinks, axis=-1) * mean_norm(p[..., :-1, :], p[..., 1:, :]), axis=-1))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,13 +17,13 @@ from .circle import Array, Polygon
 from .errors import SpecError
 from .grid import Uniform
 from .plan import Made, Plan, from_bracket, peak_of
+from .progress import Progress
 from .spec import SOLVERS, Direct, Maneuver, RefineSearch, Settings, SweepSearch, check
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FINEST = 1e-4  # of the duration: `refine` stops here (an aligned M(T_obs) is flat to 1e-8 around its minimum)
-Progress = Callable[[int, int], None]  # done, total
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,165 @@
+"""Branch and bound over the obstacle times: best first, with the bounds of `peakmin.certify`."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import LinearConstraint, minimize
+
+from .certify import Leaf, out_of_order
+from .circle import Array
+from .exact import Extremal, extremal, least_energy
+from .moments import PointMass, impulse
+from .nodal import Nodal
+from .progress import Progress
+
+APART = 1e-9  # least distance of obstacle times from each other and the ends at which M* is evaluated
+WORTH_A_DESCENT = 1e-9  # relative improvement of the best peak after which local descent starts from there
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A global bound: leaves that cover all ordered times, the best times found, and what it took.
+
+    lower, upper: [scaled], lower <= min over T of M*(T) <= upper;  times: where `best` attains upper, (q,).
+    complete: whether the gap asked for was reached (a node or time limit stops earlier).
+    """
+
+    leaves: list[Leaf]
+    lower: float
+    best: Extremal
+    times: Array
+    nodes: int
+    complete: bool
+
+    @property
+    def gap(self) -> float:
+        """(upper - lower) / upper."""
+        upper = self.best.upper
+        return max(upper - self.lower, 0.0) / upper if upper > 0 and math.isfinite(upper) else float(upper > 0)
+
+
+def certify(
+    mass: PointMass,
+    gap: float,
+    node_limit: int = 100_000,
+    time_limit: float = math.inf,
+    progress: Progress | None = None,
+) -> Certificate:
+    """The least peak over all obstacle times to a relative gap, with its proof.
+
+    Args:
+        mass: the maneuver in scaled units, q walls.
+        gap: relative gap between the best peak and the bound at which to stop.
+        node_limit: boxes to look at.
+        time_limit: seconds.
+        progress: called with (nodes done, nodes done and waiting).
+    """
+    began, q = time.perf_counter(), mass.walls
+    at = _inside(np.zeros(q), np.ones(q))
+    best = extremal(mass, at)
+    root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers)
+    best, at = _descend(mass, best, at)
+    serial = itertools.count()
+    waiting = [(root.bound(mass), next(serial), root)]
+    nodes = 1
+    while q and waiting[0][0] < (1 - gap) * best.upper and best.upper > 0:
+        if nodes >= node_limit or time.perf_counter() - began >= time_limit:
+            break
+        bound, _, leaf = heapq.heappop(waiting)
+        for child in _halves(leaf):
+            if out_of_order(child.low, child.high):
+                continue
+            nodes += 1
+            centre = _inside(np.array(child.low), np.array(child.high))
+            # cheap multipliers first: far from the optimum they are good enough
+            nodal = Nodal(mass, np.concatenate([[0.0], centre, [1.0]]))
+            score, leaf = _better(mass, child, nodal.multipliers(least_energy(nodal)))
+            if score < (1 - gap) * best.upper:
+                found = extremal(mass, centre)
+                if found.upper < best.upper * (1 - WORTH_A_DESCENT):
+                    best, at = _descend(mass, found, centre)
+                score, leaf = _better(mass, leaf, found.multipliers)
+            # what holds for the parent's box holds for its half
+            heapq.heappush(waiting, (max(score, bound), next(serial), leaf))
+        if progress:
+            progress(nodes, nodes + len(waiting))
+    leaves = [leaf for _, _, leaf in waiting]
+    lower = min(leaf.bound(mass) for leaf in leaves)
+    complete = best.upper == 0 or lower >= (1 - gap) * best.upper
+    return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
+
+
+def _better(mass: PointMass, leaf: Leaf, multipliers: Array) -> tuple[float, Leaf]:
+    """The bound of the leaf with its own or with the other multipliers, whichever proves more."""
+    other = Leaf(leaf.low, leaf.high, multipliers)
+    one, two = leaf.bound(mass), other.bound(mass)
+    return (two, other) if two > one else (one, leaf)
+
+
+def _halves(leaf: Leaf) -> list[Leaf]:
+    """Two boxes, cut where the bound loses most: the largest |l_i| w_i^2."""
+    width = np.array(leaf.high) - np.array(leaf.low)
+    loss = (np.hypot(*leaf.multipliers[2:].T) + 1e-9 * np.max(np.abs(leaf.multipliers))) * width**2
+    axis = int(np.argmax(loss))
+    middle = 0.5 * (leaf.low[axis] + leaf.high[axis])
+    left, right = list(leaf.high), list(leaf.low)
+    left[axis], right[axis] = middle, middle
+    return [Leaf(leaf.low, tuple(left), leaf.multipliers), Leaf(tuple(right), leaf.high, leaf.multipliers)]
+
+
+def _inside(low: Array, high: Array) -> Array:
+    """A strictly increasing T well inside the box's ordered part, shape (q,)."""
+    q = len(low)
+    floors = np.maximum.accumulate(low)
+    ceilings = np.minimum.accumulate(high[::-1])[::-1]
+    times = 0.5 * (floors + ceilings)
+    for i in range(q):  # where centres coincide, share what room is left
+        same = [j for j in range(q) if abs(times[j] - times[i]) < APART]
+        if len(same) > 1:
+            lowest, highest = floors[same[0]], ceilings[same[-1]]
+            times[same] = lowest + (highest - lowest) * np.arange(1, len(same) + 1) / (len(same) + 1)
+    return np.asarray(times)
+
+
+def slopes(mass: PointMass, times: Array, found: Extremal) -> Array:
+    """dM/dT_i = -l_i . r'(T_i) / I, shape (q,) [scaled]: the multipliers give it for nothing."""
+    area = float(impulse(found.multipliers, times)) or 1.0
+    return -np.sum(found.multipliers[2:] * found.motion.velocity(times), axis=1) / area
+
+
+def _descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, Array]:
+    """A local minimum of M* over the times, from the given ones; never worse than those."""
+    q = mass.walls
+    if not q or found.upper == 0 or not math.isfinite(found.upper):
+        return found, times
+    best = [found, times]
+
+    def value(at: Array) -> tuple[float, Array]:
+        at = np.clip(at, APART, 1 - APART)
+        if np.any(np.diff(at) < APART):
+            return 1e3, np.zeros(q)
+        here = extremal(mass, at, best[0].multipliers)
+        if here.upper < best[0].upper:
+            best[:] = [here, at]
+        if not math.isfinite(here.upper):
+            return 1e3, np.zeros(q)
+        return here.upper / found.upper, slopes(mass, at, here) / found.upper
+
+    order = np.eye(q)[1:] - np.eye(q)[:-1]
+    constraints = [LinearConstraint(order, lb=APART)] if q > 1 else []
+    minimize(
+        value,
+        times,
+        jac=True,
+        method="SLSQP",
+        bounds=[(APART, 1 - APART)] * q,
+        constraints=constraints,
+        options={"maxiter": 40, "ftol": 1e-15},
+    )
+    return best[0], best[1]

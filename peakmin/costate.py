@@ -1,0 +1,101 @@
+"""Pontryagin's control u = M p/|p|, with p linear between the walls, as a trajectory in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .circle import Array
+from .integrals import mean_direction
+
+REACH = 45  # halvings towards the place where p is smallest: 2^-45 of a segment is a rounding error of its length
+
+
+@dataclass(frozen=True)
+class CostateTrajectory:
+    """u(t) = size p(t)/|p(t)| + e(t) on each of K segments, p and e linear in time on each.
+
+    nodes [s] (K+1,); first, last: p at the segments' ends, any unit, (K, 2); size [m/s^2] (K,); first_error,
+    last_error: e at the segments' ends [m/s^2] (K, 2), the small control that makes the motion exact;
+    start position [m] and velocity [m/s] (2,). Times outside the maneuver count as its ends.
+    """
+
+    nodes: Array
+    first: Array
+    last: Array
+    size: Array
+    first_error: Array
+    last_error: Array
+    start_position: Array
+    start_velocity: Array
+
+    def peak(self) -> float:
+        """A bound on |acceleration| [m/s^2]: size + |e|, and e is largest at an end."""
+        errors = np.maximum(np.hypot(*self.first_error.T), np.hypot(*self.last_error.T))
+        return float(np.max(self.size + errors))
+
+    def _moved(self, k: Array, x: Array) -> tuple[Array, Array]:
+        """Velocity and position gained from the start of segments k to their fraction x; (..., 2) each."""
+        first, x = self.first[k], x[..., None]
+        part = x * (self.last[k] - first)
+        h = np.diff(self.nodes)[k][..., None] * x
+        plain, weighted = mean_direction(first, first + part)
+        size, e0 = self.size[k][..., None], self.first_error[k]
+        e1 = e0 + x * (self.last_error[k] - e0)
+        velocity = h * (size * plain + (e0 + e1) / 2)
+        position = h * h * (size * (plain - weighted) + e0 / 3 + e1 / 6)
+        return velocity, position
+
+    @property
+    def node_states(self) -> tuple[Array, Array]:
+        """Velocity and position at the nodes, shape (K+1, 2) each."""
+        k = np.arange(len(self.size))
+        velocity, position = self._moved(k, np.ones(len(k)))
+        v = np.vstack([self.start_velocity, self.start_velocity + np.cumsum(velocity, axis=0)])
+        steps = np.diff(self.nodes)[:, None] * v[:-1] + position
+        return v, np.vstack([self.start_position, self.start_position + np.cumsum(steps, axis=0)])
+
+    def _segment(self, t: ArrayLike) -> tuple[Array, Array]:
+        t = np.clip(np.asarray(t, dtype=float), self.nodes[0], self.nodes[-1])
+        k = np.clip(np.searchsorted(self.nodes, t, side="right") - 1, 0, len(self.size) - 1)
+        return k, (t - self.nodes[k]) / np.diff(self.nodes)[k]
+
+    def position(self, t: ArrayLike) -> Array:
+        """Position [m] at t [s], shape (...) -> (..., 2)."""
+        k, x = self._segment(t)
+        v, r = self.node_states
+        return np.asarray(r[k] + (x * np.diff(self.nodes)[k])[..., None] * v[k] + self._moved(k, x)[1])
+
+    def velocity(self, t: ArrayLike) -> Array:
+        """Velocity [m/s] at t [s], shape (...) -> (..., 2)."""
+        k, x = self._segment(t)
+        return np.asarray(self.node_states[0][k] + self._moved(k, x)[0])
+
+    def acceleration(self, t: ArrayLike) -> Array:
+        """Acceleration [m/s^2] at t [s], shape (...) -> (..., 2)."""
+        k, x = self._segment(t)
+        x = x[..., None]
+        p = self.first[k] + x * (self.last[k] - self.first[k])
+        norm = np.hypot(p[..., 0], p[..., 1])[..., None]
+        step = self.last[k] - self.first[k]  # where p is zero, the direction it leaves with
+        p = np.where(norm > 0, p, step)
+        norm = np.where(norm > 0, norm, np.maximum(np.hypot(step[..., 0], step[..., 1]), 1e-300)[..., None])
+        e = self.first_error[k] + x * (self.last_error[k] - self.first_error[k])
+        return np.asarray(self.size[k][..., None] * p / norm + e)
+
+    def panels(self) -> Array:
+        """Times [s] between which an eight-point Gauss rule integrates the acceleration to rounding.
+
+        |p| has a zero near the real axis where p is smallest; panels that halve towards it keep their distance.
+        """
+        cuts = [self.nodes]
+        for begin, end, p0, p1 in zip(self.nodes, self.nodes[1:], self.first, self.last, strict=False):
+            d = p1 - p0
+            square = float(d @ d)
+            nearest = float(np.clip(-(p0 @ d) / square, 0, 1)) if square > 0 else 0.5
+            for side in (-nearest, 1 - nearest):
+                cuts.append(begin + (end - begin) * (nearest + side * 0.5 ** np.arange(REACH)))
+            cuts.append(np.array([begin + (end - begin) * nearest]))
+        return np.unique(np.clip(np.concatenate(cuts), self.nodes[0], self.nodes[-1]))

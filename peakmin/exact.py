@@ -1,0 +1,188 @@
+"""The optimum in continuous time for given obstacle times: max <P, c> / I(P), see `peakmin.nodal`.
+
+The same maximum has  F(P) = I^2/2 - <P, c>,  whose gradient I grad I - c is what Pontryagin's control u = M p/|p|
+misses of the equations of motion (I = M there). A clear wall's multiplier has f_j . l_j >= 0.
+
+Newton's method does the rest. Where F has a kink at the optimum, p is zero along whole segments: there less than
+M is needed, the control is not determined, and the least-peak control of that stretch by itself is taken.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .assemble import coasting, motion
+from .bracket import Bracket
+from .certify import lower_bound
+from .circle import Array
+from .costate import CostateTrajectory
+from .moments import PointMass, costate
+from .nodal import Nodal
+
+NEWTON_STEPS = 60
+PATIENCE = 5  # steps without progress, in F and in its gradient, that mean a kink
+SILENT = 1e-3  # p below this share of its maximum at both ends of a segment: perhaps zero at the optimum
+SETTLED = 1e-9  # relative gap at which nothing further is tried
+
+
+@dataclass(frozen=True)
+class Extremal:
+    """The best that is known at fixed obstacle times [scaled]: lower <= M* <= upper.
+
+    multipliers: L, shape (2+q, 2), which prove `lower`;  motion: a trajectory [scaled] of peak `upper`.
+    """
+
+    lower: float
+    upper: float
+    multipliers: Array
+    motion: CostateTrajectory
+
+    @property
+    def gap(self) -> float:
+        """(upper - lower) / upper."""
+        return max(self.upper - self.lower, 0.0) / self.upper if self.upper else 0.0
+
+    @property
+    def bracket(self) -> Bracket:
+        """The two ends as a bracket, without a hold control."""
+        return Bracket(self.lower, self.upper, None, self.multipliers)
+
+
+def extremal(mass: PointMass, times: Array, start: Array | None = None) -> Extremal:
+    """The least peak at given obstacle times, its multipliers and its control in closed form.
+
+    Always returns: where Newton's method does not settle, with the best multipliers and the honest gap.
+
+    Args:
+        mass: the maneuver in scaled units.
+        times: strictly increasing in (0, 1), shape (q,).
+        start: multipliers (2+q, 2) to start from; default those of the control of least energy.
+    """
+    nodal = Nodal(mass, np.concatenate([[0.0], times, [1.0]]))
+    n = len(nodal.kinks)
+    best: Extremal | None = None
+    if mass.floor(times) == 0:
+        return Extremal(0.0, 0.0, np.zeros((n, 2)), coasting(nodal))
+    p = least_energy(nodal) if start is None else costate(start, times)[1]
+    silent = np.zeros(n, dtype=bool)
+    for _ in range(3):
+        p, found = _with_walls(nodal, p, silent)
+        best = found if best is None else _join(best, found)
+        size = np.hypot(*p.T)
+        small = size < SILENT * np.max(size)
+        runs = small[:-1] & small[1:]
+        quiet = np.r_[runs, False] | np.r_[False, runs]
+        if best.gap <= SETTLED or not np.any(quiet & ~silent):
+            break
+        silent = quiet
+    return best
+
+
+def _join(one: Extremal, other: Extremal) -> Extremal:
+    """The better end of each."""
+    upper = one if one.upper <= other.upper else other
+    lower = one if one.lower >= other.lower else other
+    return replace(upper, lower=lower.lower, multipliers=lower.multipliers)
+
+
+def least_energy(nodal: Nodal) -> Array:
+    """Nodal values, shape (q+2, 2), of the control of least int |u|^2: a start that is never far off."""
+    return np.linalg.solve(nodal.masses(), nodal.forces(np.zeros(nodal.mass.walls)))
+
+
+def _with_walls(nodal: Nodal, p: Array, silent: Array) -> tuple[Array, Extremal]:
+    """Newton's method with the clear walls sorted into those that push and those that are passed beyond."""
+    mass = nodal.mass
+    idle = np.zeros(mass.walls, dtype=bool)
+    seen: set[bytes] = set()
+    nearest, best = p, None
+    while idle.tobytes() not in seen:
+        seen.add(idle.tobytes())
+        trial = _newton(nodal, p, nodal.basis(idle, silent))
+        found, beyond = assemble(nodal, trial, silent, idle)
+        if best is None or found.gap < best.gap:
+            nearest = trial
+        best = found if best is None else _join(best, found)
+        push = np.sum(mass.free * nodal.multipliers(trial)[2:], axis=1)
+        idle = mass.clear & np.where(idle, beyond >= 0, push < 0)
+    assert best is not None
+    return nearest, best
+
+
+def _newton(nodal: Nodal, p: Array, basis: Array) -> Array:
+    """A minimiser of F over the span of the basis, from the projection of p; damped, never longer than a bound."""
+    c = nodal.forces(np.zeros(nodal.mass.walls)).ravel()
+    y = basis.T @ p.ravel()
+
+    def value(y: Array) -> float:
+        q = (basis @ y).reshape(p.shape)
+        return 0.5 * nodal.impulse(q) ** 2 - float(c @ q.ravel())
+
+    def slope(y: Array) -> tuple[Array, Array, float]:
+        q = (basis @ y).reshape(p.shape)
+        impulse, gradient = nodal.impulse(q), nodal.gradient(q).ravel()
+        return basis.T @ (impulse * gradient - c), gradient, impulse
+
+    work, impulse = float(c @ basis @ y), nodal.impulse((basis @ y).reshape(p.shape))
+    if work <= 0 or impulse == 0:
+        y = basis.T @ least_energy(nodal).ravel()
+        work, impulse = float(c @ basis @ y), nodal.impulse((basis @ y).reshape(p.shape))
+        if work <= 0 or impulse == 0:
+            return np.asarray((basis @ y).reshape(p.shape))
+    y = y * (work / impulse**2)  # the best multiple of the start
+    f = value(y)
+    g, gradient, impulse = slope(y)
+    best_y, best_g = y, float(np.linalg.norm(g))
+    damping = 0.0
+    history: list[tuple[float, float]] = []
+    for _ in range(NEWTON_STEPS):
+        history.append((f, float(np.linalg.norm(g))))
+        if len(history) > PATIENCE:
+            f_before, g_before = history[-1 - PATIENCE]
+            if f_before - f < 1e-3 * abs(f) and history[-1][1] > 0.5 * g_before:
+                break  # at a kink of F, where no gradient vanishes
+        q = (basis @ y).reshape(p.shape)
+        hessian = basis.T @ (np.outer(gradient, gradient) + impulse * nodal.hessian(q)) @ basis
+        scale = np.trace(hessian) / len(y)
+        for _ in range(40):
+            try:
+                step = -np.linalg.solve(hessian + damping * scale * np.eye(len(y)), g)
+            except np.linalg.LinAlgError:
+                damping = max(10 * damping, 1e-12)
+                continue
+            trial = y + step
+            f_trial = value(trial)
+            g_trial, gradient_trial, impulse_trial = slope(trial)
+            # close to the optimum F stands still in its last digits while its gradient still falls
+            if f_trial < f or (f_trial <= f + 1e-13 * abs(f) and np.linalg.norm(g_trial) < np.linalg.norm(g)):
+                break
+            damping = max(10 * damping, 1e-12)
+        else:
+            break
+        y, f, g, gradient, impulse = trial, f_trial, g_trial, gradient_trial, impulse_trial
+        damping = damping / 10 if damping > 1e-12 else 0.0
+        size = float(np.linalg.norm(g))
+        if size < best_g:
+            best_y, best_g = y, size
+        if size <= 1e-15 * np.linalg.norm(c):
+            break
+    return np.asarray((basis @ best_y).reshape(p.shape))
+
+
+def assemble(nodal: Nodal, p: Array, silent: Array, idle: Array) -> tuple[Extremal, Array]:
+    """Both ends from the nodal values p, shape (n, 2), and how far beyond its tip each idle wall is passed."""
+    times, mass = nodal.kinks[1:-1], nodal.mass
+    multipliers = nodal.multipliers(p)
+    work = float(np.sum(p * nodal.forces(np.zeros(mass.walls))))
+    peak = max(work, 0.0) / (nodal.impulse(p) or 1.0)
+    try:
+        made, beyond = motion(nodal, p, silent, peak, idle, lambda part, at: extremal(part, at).motion)
+    except np.linalg.LinAlgError:
+        made, beyond = None, np.full(mass.walls, -np.inf)
+    lower = lower_bound(mass, times, multipliers)
+    if made is None:
+        return Extremal(lower, math.inf, multipliers, coasting(nodal)), beyond
+    return Extremal(lower, made.peak(), multipliers, made), beyond
