@@ -9,12 +9,32 @@ The programs are loaded on first use: reading a spec does not wait for cvxpy.
 from typing import TYPE_CHECKING, Any
 
 from .bracket import Answer, Bracket, HoldProblem, Verdict
+from .budget import ErrorBudget, error_budget
+from .certify import Leaf, Proof
+from .check import Check
 from .circle import Disc, Polygon
 from .errors import NotDPPError, PeakminError, SpecError
 from .grid import Aligned, Uniform
-from .plan import Check, Made, Plan
-from .spec import Bisection, Direct, Maneuver, RefineSearch, Settings, Spec, State, SweepSearch, Wall, schema
-from .sweep import Sweep, solve, sweep
+from .plan import Made, Plan
+from .search import solve
+from .sensitivity import Sensitivities
+from .shortest import Shortest, shortest
+from .spec import (
+    Bisection,
+    Direct,
+    Exact,
+    GlobalSearch,
+    Maneuver,
+    RefineSearch,
+    Settings,
+    Spec,
+    State,
+    SweepSearch,
+    Wall,
+    schema,
+)
+from .sweep import Sweep, sweep
+from .verify import Verification, verify
 
 if TYPE_CHECKING:
     from .program import DirectProgram, FeasibilityProgram
@@ -28,16 +48,23 @@ __all__ = [
     "Direct",
     "DirectProgram",
     "Disc",
+    "ErrorBudget",
+    "Exact",
     "FeasibilityProgram",
+    "GlobalSearch",
     "HoldProblem",
+    "Leaf",
     "Made",
     "Maneuver",
     "NotDPPError",
     "PeakminError",
     "Plan",
     "Polygon",
+    "Proof",
     "RefineSearch",
+    "Sensitivities",
     "Settings",
+    "Shortest",
     "Spec",
     "SpecError",
     "State",
@@ -45,10 +72,14 @@ __all__ = [
     "SweepSearch",
     "Uniform",
     "Verdict",
+    "Verification",
     "Wall",
+    "error_budget",
     "schema",
+    "shortest",
     "solve",
     "sweep",
+    "verify",
 ]
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .circle import Array
+from .arrays import Array, Mask
 from .costate import CostateTrajectory
 from .moments import PointMass
 from .nodal import Nodal
@@ -31,9 +31,9 @@ def coasting(nodal: Nodal) -> CostateTrajectory:
 def motion(
     nodal: Nodal,
     p: Array,
-    silent: Array,
+    silent: Mask,
     peak: float,
-    idle: Array,
+    idle: Mask,
     fill: Callable[[PointMass, Array], CostateTrajectory],
 ) -> tuple[CostateTrajectory | None, Array]:
     """The motion of the nodal values p, shape (n, 2), and how far beyond its tip each idle wall is passed, (q,).
@@ -69,14 +69,14 @@ def motion(
     return (joined if miss <= LANDED * (1 + peak) and math.isfinite(joined.peak()) else None), beyond
 
 
-def _runs(quiet: Array) -> list[tuple[int, int, bool]]:
+def _runs(quiet: Mask) -> list[tuple[int, int, bool]]:
     """Maximal runs of segments as (first kink, last kink, quiet)."""
     cuts = [0, *(np.flatnonzero(quiet[1:] != quiet[:-1]) + 1).tolist(), len(quiet)]
     return [(a, b, bool(quiet[a])) for a, b in zip(cuts, cuts[1:], strict=False)]
 
 
 def _speak(
-    nodal: Nodal, p: Array, peak: float, idle: Array, a: int, b: int, silent: Array, points: Array, beyond: Array
+    nodal: Nodal, p: Array, peak: float, idle: Mask, a: int, b: int, silent: Mask, points: Array, beyond: Array
 ) -> CostateTrajectory:
     """M p/|p| + e from kink a to kink b; sets `points` and `beyond` of the idle walls in between."""
     mass, kinks, last = nodal.mass, nodal.kinks, len(nodal.kinks) - 1

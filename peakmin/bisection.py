@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .arrays import Array
 from .bracket import Bracket, HoldProblem, Verdict
-from .circle import Array, Disc, Polygon
-from .spec import Bisection, Maneuver, Settings
+from .spec import Bisection, Settings
 
 if TYPE_CHECKING:
     from .program import DirectProgram, FeasibilityProgram
@@ -141,43 +141,3 @@ def _ask(
             break
         bracket = problem.tighten(bracket, program.solve(solver))
     return bracket, bracket.verdict(peak)
-
-
-class LeastPeak:
-    """M(T_obs) of one maneuver for one circle and grid: programs compiled once, answers remembered."""
-
-    def __init__(self, maneuver: Maneuver, settings: Settings, circle: Disc | Polygon | None = None) -> None:
-        from . import program  # cvxpy takes a second to import
-
-        self.settings = settings
-        arguments = (maneuver, circle or settings.circle, settings.grid)
-        bisects = isinstance(settings.method, Bisection)
-        self._feasibility = program.FeasibilityProgram(*arguments) if bisects else None
-        self._direct = None if bisects else program.DirectProgram(*arguments)
-        self._known: dict[bytes, Bracket] = {}
-        self._hint: Array | None = None
-
-    @property
-    def program(self) -> DirectProgram | FeasibilityProgram:
-        """The compiled program, with its counts."""
-        program = self._feasibility or self._direct
-        assert program is not None
-        return program
-
-    def place(self, times: Array) -> Array:
-        """The obstacle times [s] that the grid makes of these, shape (q,)."""
-        time = self.program.mass.time
-        return np.asarray(self.settings.grid.place(np.asarray(times, dtype=float) / time) * time)
-
-    def __call__(self, times: Array) -> Bracket:
-        """The bracket [scaled] at these obstacle times [s], shape (q,)."""
-        key = self.place(times).tobytes()
-        if key not in self._known:
-            if self._feasibility:
-                bracket = bisect(self._feasibility, times, self.settings, self._hint)
-            else:
-                assert self._direct is not None
-                bracket = direct(self._direct, times, self.settings)
-            self._hint = bracket.multipliers
-            self._known[key] = bracket
-        return self._known[key]

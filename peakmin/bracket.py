@@ -18,7 +18,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from .circle import Array, Disc, Polygon
+from .arrays import Array
+from .circle import Disc, Polygon
 from .moments import ROUNDING, PointMass, hold_rows
 
 LANDED = 1e-10  # largest residual of A u = b, in units of the largest |b|, for u to count as a control

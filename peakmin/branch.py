@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import LinearConstraint, minimize
 
-from .certify import Leaf, out_of_order
-from .circle import Array
-from .exact import Extremal, extremal, least_energy
+from .arrays import Array
+from .certify import Leaf, lower_bound, out_of_order
+from .exact import Extremal, ascend, extremal, least_energy
 from .moments import PointMass, impulse
 from .nodal import Nodal
 from .progress import Progress
@@ -61,35 +61,41 @@ def certify(
         progress: called with (nodes done, nodes done and waiting).
     """
     began, q = time.perf_counter(), mass.walls
-    at = _inside(np.zeros(q), np.ones(q))
+    at = inside(np.zeros(q), np.ones(q))
     best = extremal(mass, at)
     root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers)
-    best, at = _descend(mass, best, at)
+    best, at = descend(mass, best, at)
     serial = itertools.count()
-    waiting = [(root.bound(mass), next(serial), root)]
+    waiting = [(root.bound(mass), next(serial), root, best.multipliers)]
     nodes = 1
     while q and waiting[0][0] < (1 - gap) * best.upper and best.upper > 0:
         if nodes >= node_limit or time.perf_counter() - began >= time_limit:
             break
-        bound, _, leaf = heapq.heappop(waiting)
-        for child in _halves(leaf):
-            if out_of_order(child.low, child.high):
+        bound, _, leaf, optimal = heapq.heappop(waiting)
+        for low, high in halves(leaf.low, leaf.high, optimal):
+            if out_of_order(low, high):
                 continue
+            child = Leaf(low, high, leaf.multipliers)
             nodes += 1
-            centre = _inside(np.array(child.low), np.array(child.high))
+            centre = inside(np.array(child.low), np.array(child.high))
             # cheap multipliers first: far from the optimum they are good enough
             nodal = Nodal(mass, np.concatenate([[0.0], centre, [1.0]]))
-            score, leaf = _better(mass, child, nodal.multipliers(least_energy(nodal)))
+            optimal = nodal.multipliers(least_energy(nodal))
+            score, better = _better(mass, child, optimal)
             if score < (1 - gap) * best.upper:
-                found = extremal(mass, centre)
-                if found.upper < best.upper * (1 - WORTH_A_DESCENT):
-                    best, at = _descend(mass, found, centre)
-                score, leaf = _better(mass, leaf, found.multipliers)
+                optimal = ascend(mass, centre)
+                score, better = _better(mass, better, optimal)
+                if lower_bound(mass, centre, optimal) < best.upper * (1 - WORTH_A_DESCENT):
+                    found = extremal(mass, centre, optimal)
+                    optimal = found.multipliers
+                    score, better = _better(mass, better, optimal)
+                    if found.upper < best.upper * (1 - WORTH_A_DESCENT):
+                        best, at = descend(mass, found, centre)
             # what holds for the parent's box holds for its half
-            heapq.heappush(waiting, (max(score, bound), next(serial), leaf))
+            heapq.heappush(waiting, (max(score, bound), next(serial), better, optimal))
         if progress:
             progress(nodes, nodes + len(waiting))
-    leaves = [leaf for _, _, leaf in waiting]
+    leaves = [leaf for _, _, leaf, _ in waiting]
     lower = min(leaf.bound(mass) for leaf in leaves)
     complete = best.upper == 0 or lower >= (1 - gap) * best.upper
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
@@ -102,18 +108,22 @@ def _better(mass: PointMass, leaf: Leaf, multipliers: Array) -> tuple[float, Lea
     return (two, other) if two > one else (one, leaf)
 
 
-def _halves(leaf: Leaf) -> list[Leaf]:
-    """Two boxes, cut where the bound loses most: the largest |l_i| w_i^2."""
-    width = np.array(leaf.high) - np.array(leaf.low)
-    loss = (np.hypot(*leaf.multipliers[2:].T) + 1e-9 * np.max(np.abs(leaf.multipliers))) * width**2
+Box = tuple[tuple[float, ...], tuple[float, ...]]
+
+
+def halves(low: tuple[float, ...], high: tuple[float, ...], optimal: Array) -> tuple[Box, Box]:
+    """Two boxes, cut where the bound of the centre's multipliers loses most: the largest |l_i| w_i^2.
+
+    (The multipliers that a box is bounded with may stem from a parent and know nothing of the walls that matter here.)
+    """
+    width = np.array(high) - np.array(low)
+    loss = (np.hypot(*optimal[2:].T) + 1e-3 * np.max(np.abs(optimal))) * width**2
     axis = int(np.argmax(loss))
-    middle = 0.5 * (leaf.low[axis] + leaf.high[axis])
-    left, right = list(leaf.high), list(leaf.low)
-    left[axis], right[axis] = middle, middle
-    return [Leaf(leaf.low, tuple(left), leaf.multipliers), Leaf(tuple(right), leaf.high, leaf.multipliers)]
+    middle = 0.5 * (low[axis] + high[axis])
+    return (low, (*high[:axis], middle, *high[axis + 1 :])), ((*low[:axis], middle, *low[axis + 1 :]), high)
 
 
-def _inside(low: Array, high: Array) -> Array:
+def inside(low: Array, high: Array) -> Array:
     """A strictly increasing T well inside the box's ordered part, shape (q,)."""
     q = len(low)
     floors = np.maximum.accumulate(low)
@@ -130,23 +140,24 @@ def _inside(low: Array, high: Array) -> Array:
 def slopes(mass: PointMass, times: Array, found: Extremal) -> Array:
     """dM/dT_i = -l_i . r'(T_i) / I, shape (q,) [scaled]: the multipliers give it for nothing."""
     area = float(impulse(found.multipliers, times)) or 1.0
-    return -np.sum(found.multipliers[2:] * found.motion.velocity(times), axis=1) / area
+    return np.asarray(-np.sum(found.multipliers[2:] * found.motion.velocity(times), axis=1) / area)
 
 
-def _descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, Array]:
+def descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, Array]:
     """A local minimum of M* over the times, from the given ones; never worse than those."""
     q = mass.walls
     if not q or found.upper == 0 or not math.isfinite(found.upper):
         return found, times
-    best = [found, times]
+    best: tuple[Extremal, Array] = (found, times)
 
     def value(at: Array) -> tuple[float, Array]:
+        nonlocal best
         at = np.clip(at, APART, 1 - APART)
         if np.any(np.diff(at) < APART):
             return 1e3, np.zeros(q)
         here = extremal(mass, at, best[0].multipliers)
         if here.upper < best[0].upper:
-            best[:] = [here, at]
+            best = here, at
         if not math.isfinite(here.upper):
             return 1e3, np.zeros(q)
         return here.upper / found.upper, slopes(mass, at, here) / found.upper
@@ -162,4 +173,4 @@ def _descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, 
         constraints=constraints,
         options={"maxiter": 40, "ftol": 1e-15},
     )
-    return best[0], best[1]
+    return best

@@ -15,10 +15,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
-from .circle import Array
+from .arrays import Array
 from .moments import ROUNDING, PointMass, impulse
 
 
@@ -101,3 +102,21 @@ def global_bound(mass: PointMass, leaves: Sequence[Leaf]) -> float:
     if not covers(leaves, [0.0] * mass.walls, [1.0] * mass.walls):
         return 0.0
     return min((leaf.bound(mass) for leaf in leaves), default=0.0)
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Why no control has a smaller peak: leaves that cover every obstacle time ("all") or a plan's own ("these")."""
+
+    scope: Literal["all", "these"]
+    leaves: tuple[Leaf, ...]
+
+    def bound(self, mass: PointMass, times: Array) -> float:
+        """The lower bound [scaled], evaluated anew; zero where the leaves leave a gap.
+
+        Args:
+            times: the plan's obstacle times [scaled], shape (q,); matter to the scope "these" only.
+        """
+        if self.scope == "all":
+            return global_bound(mass, self.leaves)
+        return max((lower_bound(mass, times, leaf.multipliers) for leaf in self.leaves), default=0.0)

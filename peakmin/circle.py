@@ -13,13 +13,11 @@ import math
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from .arrays import Array
 from .errors import SpecError
 from .model import Count, Model
-
-Array = NDArray[np.float64]
 
 
 class Disc(Model):

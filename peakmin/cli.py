@@ -20,7 +20,8 @@ from .spec import Spec, schema
 
 if TYPE_CHECKING:
     from .plan import Plan
-    from .sweep import Progress, Sweep
+    from .progress import Progress
+    from .sweep import Sweep
 
 EXIT = {"solved": 0, "infeasible": 3, "unknown": 4}
 BAD_INPUT, DIFFERS = 2, 1
@@ -37,7 +38,7 @@ Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Write pl
 def solve_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
     asked = Spec.read(spec)
-    from .sweep import solve
+    from .search import solve
 
     with _progress("solve") as progress:
         plan = solve(asked.maneuver, asked.settings, progress=progress)

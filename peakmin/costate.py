@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .circle import Array
+from .arrays import Array, Index
 from .integrals import mean_direction
+from .moments import PointMass
 
 REACH = 45  # halvings towards the place where p is smallest: 2^-45 of a segment is a rounding error of its length
 
@@ -31,12 +32,25 @@ class CostateTrajectory:
     start_position: Array
     start_velocity: Array
 
+    def in_units(self, mass: PointMass) -> CostateTrajectory:
+        """The scaled motion in SI units."""
+        return CostateTrajectory(
+            self.nodes * mass.time,
+            self.first,
+            self.last,
+            self.size * mass.unit,
+            self.first_error * mass.unit,
+            self.last_error * mass.unit,
+            self.start_position * mass.length + mass.origin,
+            self.start_velocity * (mass.length / mass.time),
+        )
+
     def peak(self) -> float:
         """A bound on |acceleration| [m/s^2]: size + |e|, and e is largest at an end."""
         errors = np.maximum(np.hypot(*self.first_error.T), np.hypot(*self.last_error.T))
         return float(np.max(self.size + errors))
 
-    def _moved(self, k: Array, x: Array) -> tuple[Array, Array]:
+    def _moved(self, k: Index, x: Array) -> tuple[Array, Array]:
         """Velocity and position gained from the start of segments k to their fraction x; (..., 2) each."""
         first, x = self.first[k], x[..., None]
         part = x * (self.last[k] - first)
@@ -57,10 +71,10 @@ class CostateTrajectory:
         steps = np.diff(self.nodes)[:, None] * v[:-1] + position
         return v, np.vstack([self.start_position, self.start_position + np.cumsum(steps, axis=0)])
 
-    def _segment(self, t: ArrayLike) -> tuple[Array, Array]:
-        t = np.clip(np.asarray(t, dtype=float), self.nodes[0], self.nodes[-1])
-        k = np.clip(np.searchsorted(self.nodes, t, side="right") - 1, 0, len(self.size) - 1)
-        return k, (t - self.nodes[k]) / np.diff(self.nodes)[k]
+    def _segment(self, t: ArrayLike) -> tuple[Index, Array]:
+        at: Array = np.clip(np.asarray(t, dtype=float), self.nodes[0], self.nodes[-1])
+        k = np.clip(np.searchsorted(self.nodes, at, side="right") - 1, 0, len(self.size) - 1)
+        return k, np.asarray((at - self.nodes[k]) / np.diff(self.nodes)[k])
 
     def position(self, t: ArrayLike) -> Array:
         """Position [m] at t [s], shape (...) -> (..., 2)."""

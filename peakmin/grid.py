@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from .circle import Array
+from .arrays import Array
 from .model import Count, Model
 
 

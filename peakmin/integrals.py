@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .circle import Array
+from .arrays import Array, Mask
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 GAUSS_NODES, GAUSS_WEIGHTS = (1 + _NODES) / 2, _WEIGHTS / 2  # on [0, 1]
@@ -28,7 +28,7 @@ NO_OFFSET = 1e-150  # |e| below which the line runs through zero for all purpose
 class _Piece:
     """The coordinates above at both ends; `bent` says where the closed forms apply."""
 
-    bent: Array
+    bent: Mask
     d: Array
     c: Array
     n: Array

@@ -68,31 +68,41 @@ class Model(BaseModel):
     @classmethod
     def from_json(cls, text: str | bytes) -> Self:
         """Read one JSON document. Raises `SpecError` with one line when it is not a valid one."""
-        try:
-            data = json.loads(text, object_pairs_hook=_unique)
-        except RecursionError:
-            raise SpecError("the document: was nested too deeply, must be a spec") from None
-        except (ValueError, UnicodeDecodeError) as error:
-            raise SpecError(f"the document: was not JSON ({_short(str(error), 120)})") from None
-        if not isinstance(data, dict):
-            raise SpecError(f"the document: was {_short(data)}, must be a JSON object")
-        return cls(**data)
+        return cls(**load(text))
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
         """Read a JSON file. Raises `SpecError` with one line when it cannot be read or is wrong."""
-        try:
-            with open(path, "rb") as file:
-                text = file.read(MAX_FILE_BYTES + 1)
-        except OSError as error:
-            raise SpecError(f"{path}: cannot be read ({error.strerror})") from None
-        if len(text) > MAX_FILE_BYTES:
-            raise SpecError(f"{path}: was over {MAX_FILE_BYTES // 2**20} MiB, must be smaller")
-        return cls.from_json(text)
+        return cls.from_json(read_file(path))
 
     def to_json(self, indent: int | None = 2) -> str:
         """The model as JSON; `from_json` gives an equal one back."""
         return self.model_dump_json(indent=indent, exclude_none=True)
+
+
+def load(text: str | bytes) -> dict[str, Any]:
+    """One JSON object. Raises `SpecError` with one line for anything else, duplicate keys included."""
+    try:
+        data = json.loads(text, object_pairs_hook=_unique)
+    except RecursionError:
+        raise SpecError("the document: was nested too deeply, must be a JSON object") from None
+    except (ValueError, UnicodeDecodeError) as error:
+        raise SpecError(f"the document: was not JSON ({_short(str(error), 120)})") from None
+    if not isinstance(data, dict):
+        raise SpecError(f"the document: was {_short(data)}, must be a JSON object")
+    return data
+
+
+def read_file(path: str | Path) -> bytes:
+    """A file's bytes. Raises `SpecError` with one line when it cannot be read or is too large."""
+    try:
+        with open(path, "rb") as file:
+            text = file.read(MAX_FILE_BYTES + 1)
+    except OSError as error:
+        raise SpecError(f"{path}: cannot be read ({error.strerror})") from None
+    if len(text) > MAX_FILE_BYTES:
+        raise SpecError(f"{path}: was over {MAX_FILE_BYTES // 2**20} MiB, must be smaller")
+    return text
 
 
 def one_line(error: ValidationError, data: Any) -> str:

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .circle import Array
+from .arrays import Array
 from .integrals import mean_norm
 from .spec import Maneuver
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .circle import Array
+from .arrays import Array, Mask
 from .integrals import mean_curvature, mean_direction, mean_norm
 from .moments import PointMass
 
@@ -75,7 +75,7 @@ class Nodal:
         h = self.h
         return np.diag(np.r_[h, 0] / 3 + np.r_[0, h] / 3) + np.diag(h / 6, 1) + np.diag(h / 6, -1)
 
-    def basis(self, idle: Array, silent: Array) -> Array:
+    def basis(self, idle: Mask, silent: Mask) -> Array:
         """Columns that span the P with f_j . l_j = 0 at idle walls (q,) and P_j = 0 at silent kinks (n,)."""
         n = len(self.kinks)
         jumps = self.multipliers_matrix()

@@ -16,11 +16,13 @@ from typing import Any
 import numpy as np
 
 from . import files
-from .circle import Array, Disc, Polygon
+from .arrays import Array
+from .circle import Disc, Polygon
 from .grid import Uniform
 from .plan import Plan
+from .progress import Progress
 from .spec import Bisection, Maneuver, Settings, State, SweepSearch, Wall
-from .sweep import Progress, Sweep, sweep
+from .sweep import Sweep, sweep
 
 STEP = 1 / 200  # [s] between the paper's nodes
 HOLDS = 199

@@ -13,52 +13,37 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .arrays import Array
 from .bracket import Bracket
-from .certify import lower_bound
-from .circle import Array, Disc, Polygon
-from .moments import PointMass, transition
-from .spec import Maneuver, Settings, Spec
-from .trajectory import HoldTrajectory, Trajectory
+from .certify import Leaf, Proof
+from .check import Check, check
+from .circle import Disc, Polygon
+from .moments import PointMass
+from .sensitivity import Sensitivities, sensitivities
+from .spec import Maneuver, Settings
+from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-CHECK = 1e-9  # largest error of a state or a crossing, in units of the maneuver's length (and length/duration)
 Status = Literal["solved", "infeasible", "unknown"]
 
 
 @dataclass(frozen=True)
-class Check:
-    """What a plan's control does, propagated anew in numpy; errors in units of the maneuver's length.
-
-    goal : error of position and velocity at the end;  walls : distance off a wall's line, or short of its tip;
-    peak : how far the control exceeds the stated peak, relative.
-    """
-
-    goal: float
-    walls: float
-    peak: float
-
-    @property
-    def passed(self) -> bool:
-        """Whether every error is a rounding error."""
-        return max(self.goal, self.walls) <= CHECK and self.peak <= 1e-12
-
-
-@dataclass(frozen=True)
 class Made:
-    """How a plan was made."""
+    """How a plan was made: programs compiled and solved, boxes of obstacle times looked at, seconds, versions."""
 
     solver: str
     compilations: int
     solves: int
+    nodes: int
     seconds: float
     versions: dict[str, str] = field(
         default_factory=lambda: {name: version(name) for name in ("peakmin", "cvxpy", "clarabel", "numpy")}
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Plan:
     """A maneuver's answer.
 
@@ -67,8 +52,8 @@ class Plan:
     obstacle_times: [s], shape (q,). Empty when there is no trajectory.
     peak: bound on |acceleration| that the control keeps [m/s^2]; infinite when there is none.
     lower_bound: no control whatsoever has a smaller peak [m/s^2]; `scope` says over which obstacle times.
-    scope: "all" (every obstacle time) or "these" (the plan's own obstacle times).
-    multipliers: L of the bound, shape (2+q, 2), scaled.
+    proof: what proves it, and can be evaluated anew.
+    multipliers: L at the plan's own obstacle times, shape (2+q, 2), scaled.
     """
 
     maneuver: Maneuver
@@ -78,9 +63,14 @@ class Plan:
     obstacle_times: Array
     peak: float
     lower_bound: float
-    scope: Literal["all", "these"]
+    proof: Proof
     multipliers: Array
     made: Made
+
+    @property
+    def scope(self) -> Literal["all", "these"]:
+        """What the bound covers: "all" obstacle times, or "these" of the plan only."""
+        return self.proof.scope
 
     @property
     def gap(self) -> float:
@@ -107,7 +97,7 @@ class Plan:
         return self._motion().acceleration(t)
 
     def base_force(self, t: ArrayLike) -> Array:
-        """Force on the base, -mass times the acceleration's opposite: m u(t) [N], shape (...) -> (..., 2)."""
+        """Force that the base exerts on the robot, m u(t) [N], shape (...) -> (..., 2); the robot's is its opposite."""
         return self.maneuver.mass * self.acceleration(t)
 
     def _motion(self) -> Trajectory:
@@ -131,30 +121,36 @@ class Plan:
         return path(self, ax=ax)
 
     def document(self) -> dict[str, Any]:
-        """The plan as plain JSON data; numbers that are not known are null."""
-        motion = self.trajectory
-        t = self.times
-        return {
-            "version": 1,
-            "status": self.status,
-            "peak": _number(self.peak),
-            "lower_bound": self.lower_bound,
-            "gap": self.gap,
-            "scope": self.scope,
-            "peak_force": _number(self.peak_force),
-            "obstacle_times": self.obstacle_times.tolist(),
-            "times": t.tolist(),
-            "position": motion.position(t).tolist() if motion else [],
-            "velocity": motion.velocity(t).tolist() if motion else [],
-            "acceleration": motion.acceleration(t[:-1]).tolist() if motion else [],
-            "multipliers": self.multipliers.tolist(),
-            "spec": json.loads(Spec(maneuver=self.maneuver, settings=self.settings).to_json()),
-            "made": vars(self.made),
-        }
+        """The plan as plain JSON data; `peakmin.verify` and `Plan.from_json` read it."""
+        from .document import of
+
+        return of(self)
 
     def to_json(self, indent: int | None = None) -> str:
         """The plan as one JSON document."""
         return json.dumps(self.document(), indent=indent, allow_nan=False)
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> Plan:
+        """The plan that `to_json` wrote, as it states itself: `peakmin.verify` tells whether that is true.
+
+        Raises:
+            SpecError: when the text is not a plan.
+        """
+        from .document import read
+
+        return read(text)
+
+    @property
+    def sensitivities(self) -> Sensitivities:
+        """Derivatives of the least peak at the plan's obstacle times, from the multipliers."""
+        return sensitivities(self.maneuver, self.obstacle_times, self.multipliers)
+
+    def __repr__(self) -> str:
+        times = ", ".join(f"{t:.6g}" for t in self.obstacle_times)
+        return (
+            f"Plan({self.status}, peak={self.peak:.9g}, lower_bound={self.lower_bound:.9g}, obstacle_times=[{times}])"
+        )
 
     def to_csv(self) -> str:
         """Rows t, x, y, vx, vy, ax, ay at the nodes [SI]; the last row repeats the last acceleration."""
@@ -167,75 +163,36 @@ class Plan:
         return out.getvalue()
 
 
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def check(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, peak: float) -> Check:
-    """Errors of a hold trajectory against its maneuver, by the recursion x(k+1) = Phi x(k) + Gamma u(k).
+def from_bracket(
+    maneuver: Maneuver,
+    settings: Settings,
+    times: Array,
+    bracket: Bracket,
+    motion: Trajectory | None,
+    proof: Proof | None,
+    made: Made,
+) -> Plan:
+    """The plan of a bracket [scaled] at placed obstacle times [scaled]: solved only if it passes its own check.
 
     Args:
-        obstacle_times: [s], shape (q,).
-        peak: the stated bound [m/s^2].
+        motion: what attains the upper end, in SI units; None where nothing does.
+        proof: of all obstacle times; without it the bracket's multipliers prove a bound at these.
     """
     mass = PointMass.of(maneuver)
-    state = np.array([maneuver.start.position, maneuver.start.velocity])  # rows: position, velocity
-    nodes, control = motion.nodes, motion.acceleration(motion.nodes[:-1])
-    speed = mass.length / mass.time
-    # a position this far from the origin has no more digits than that
-    grain = 1e-14 * float(np.max(np.abs(mass.origin), initial=0.0))
-    walls = 0.0
-    ordered = np.concatenate([[0.0], obstacle_times, [maneuver.duration]])
-    if np.any(np.diff(ordered) <= 0):
-        walls = math.inf
-    pending = list(zip(obstacle_times, mass.tips * mass.length + mass.origin, mass.free, mass.clear, strict=True))
-    for k, u in enumerate(control):
-        while pending and pending[0][0] <= nodes[k + 1]:
-            at, tip, free, clear = pending.pop(0)
-            phi, gamma = transition(at - nodes[k])
-            miss = (phi @ state + np.outer(gamma, u))[0] - tip
-            along, across = float(miss @ free), float(miss @ [-free[1], free[0]])
-            walls = max(walls, abs(across), max(-along, 0.0) if clear else abs(along))
-        phi, gamma = transition(nodes[k + 1] - nodes[k])
-        state = phi @ state + np.outer(gamma, u)
-    goal = np.array([maneuver.goal.position, maneuver.goal.velocity])
-    error = np.max(np.abs(state - goal), axis=1)
-    if pending or nodes[0] != 0 or nodes[-1] != maneuver.duration:
-        walls = math.inf
-    return Check(
-        goal=max(max(float(error[0]) - grain, 0.0) / mass.length, float(error[1]) / speed),
-        walls=max(walls - grain, 0.0) / mass.length,
-        peak=motion.peak() / peak - 1 if peak else motion.peak(),
-    )
-
-
-def from_bracket(
-    maneuver: Maneuver, settings: Settings, mass: PointMass, times: Array, bracket: Bracket, made: Made
-) -> Plan:
-    """The plan of a bracket [scaled] at placed obstacle times [scaled]: solved only if it passes its own check."""
     multipliers = np.zeros((2 + mass.walls, 2)) if bracket.multipliers is None else bracket.multipliers
-    bound = lower_bound(mass, times, multipliers) * mass.unit
-    seconds = times * mass.time
-    motion: HoldTrajectory | None = None
-    status: Status = "unknown"
-    peak = math.inf
-    if bracket.control is not None:
-        nodes = settings.grid.edges(times) * mass.time
-        motion = HoldTrajectory(
-            nodes,
-            bracket.control * mass.unit,
-            np.array(maneuver.start.position),
-            np.array(maneuver.start.velocity),
-        )
-        peak = peak_of(bracket, settings.circle) * mass.unit
+    if proof is None:
+        place = tuple(times.tolist())
+        proof = Proof("these" if mass.walls else "all", (Leaf(place, place, multipliers),))
+    bound = proof.bound(mass, times) * mass.unit
+    seconds, peak, limit = times * mass.time, math.inf, maneuver.max_peak
+    if motion is not None:
+        peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
         if not check(maneuver, motion, seconds, peak).passed:
             motion, peak = None, math.inf
-    if motion is not None and (maneuver.max_peak is None or peak <= maneuver.max_peak):
-        status = "solved"
-    scope: Literal["all", "these"] = "these" if mass.walls else "all"
-    if maneuver.max_peak is not None and bound > maneuver.max_peak and scope == "all":
+    status: Status = "solved" if motion is not None and peak <= (limit or math.inf) else "unknown"
+    if limit is not None and bound > limit and proof.scope == "all":
         status = "infeasible"
-    return Plan(maneuver, settings, status, motion, seconds, peak, bound, scope, multipliers, made)
+    return Plan(maneuver, settings, status, motion, seconds, peak, bound, proof, multipliers, made)
 
 
 def peak_of(bracket: Bracket, circle: Disc | Polygon) -> float:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from .circle import Polygon
 
 if TYPE_CHECKING:
+    from .budget import ErrorBudget
     from .plan import Plan
     from .sweep import Sweep
 
@@ -146,4 +147,21 @@ def over_segments(
         ax.legend()
     ax.set(xlabel="segments per quadrant n", ylabel=ylabel)
     ax.set_xticks(list(n))
+    return ax
+
+
+def budget(errors: ErrorBudget, ax: Axes | None = None) -> Axes:
+    """The parts of an error budget as one stacked bar, costs to the right of zero and gains to the left."""
+    ax = _axes(ax)
+    ends = {True: 0.0, False: 0.0}
+    shades = [BLUE, ORANGE, GREEN, PINK, "#999999"]
+    hatches = ["", "//", "..", "xx", ""]
+    for (name, part), shade, hatch in zip(errors.parts.items(), shades, hatches, strict=True):
+        label = f"{name.replace('_', ' ')}: {part:+.3g}"
+        ax.barh(0, part, left=ends[part >= 0], color=shade, hatch=hatch, edgecolor="white", label=label)
+        ends[part >= 0] += part
+    ax.axvline(errors.total, color=BLACK, linestyle="--", label=f"stated - true: {errors.total:+.3g}")
+    ax.axvline(0, color=BLACK, linewidth=0.8)
+    ax.set(yticks=[], xlabel=f"M(settings) - M(true) [m/s²], M(true) = {errors.true:.6g}")
+    ax.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
     return ax

@@ -24,8 +24,9 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
+from .arrays import Array
 from .bracket import Answer
-from .circle import Array, Disc, Polygon
+from .circle import Disc, Polygon
 from .errors import NotDPPError
 from .grid import Aligned, Uniform
 from .moments import PointMass, hold_rows
@@ -59,10 +60,12 @@ class Count:
 class _Program:
     """What both programs share: v, the obstacle times, the compiled problem, the reading of answers."""
 
-    def __init__(self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned) -> None:
+    def __init__(
+        self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned, count: Count | None = None
+    ) -> None:
         self.maneuver, self.circle, self.grid = maneuver, circle, grid
         self.mass = PointMass.of(maneuver)
-        self.count = Count()
+        self.count = count or Count()
         self.obstacle_times: Any = (
             cp.Parameter(self.mass.walls, name="obstacle_times", pos=True) if self.mass.walls else None
         )
@@ -172,8 +175,10 @@ class FeasibilityProgram(_Program):
     solve. `v`, shape (steps, 2), is the control in units of M.
     """
 
-    def __init__(self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned) -> None:
-        super().__init__(maneuver, circle, grid)
+    def __init__(
+        self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned, count: Count | None = None
+    ) -> None:
+        super().__init__(maneuver, circle, grid, count)
         self.M: Any = cp.Parameter(pos=True, name="M")
 
         def size() -> float | None:
@@ -191,8 +196,10 @@ class DirectProgram(_Program):
     Set `obstacle_times.value` (q,) [s]; `M` is the least peak [m/s^2] by the solver's account.
     """
 
-    def __init__(self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned) -> None:
-        super().__init__(maneuver, circle, grid)
+    def __init__(
+        self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned, count: Count | None = None
+    ) -> None:
+        super().__init__(maneuver, circle, grid, count)
         self.kappa: Any = cp.Variable(name="kappa")
         self._build(cp.Maximize(self.kappa), self.kappa, cp.CallbackParam(self._size, nonneg=True), self._size)
 

@@ -106,6 +106,12 @@ class Direct(Model):
     kind: Literal["direct"] = "direct"
 
 
+class Exact(Model):
+    """The optimum in continuous time, u = M p/|p|: no grid, no polygon (needs the disc)."""
+
+    kind: Literal["exact"] = "exact"
+
+
 class SweepSearch(Model):
     """The paper's outer loop: `count` obstacle times from `start` to `stop` [s], both included.
 
@@ -132,20 +138,40 @@ class RefineSearch(Model):
     count: Count = 18
 
 
+class GlobalSearch(Model):
+    """Branch and bound over all obstacle times, until the proved relative gap is at most `gap`."""
+
+    kind: Literal["global"] = "global"
+    gap: Annotated[Positive, Field(lt=1)] = 1e-6
+
+
 class Settings(Model):
-    """How to answer: the circle, the grid, the inner loop (`method`), the outer loop (`search`), the solver."""
+    """How to answer: the circle, the grid, the inner loop (`method`), the outer loop (`search`), the solver.
+
+    Args:
+        node_limit: boxes of obstacle times that a global search looks at before it stops with the gap it has.
+        time_limit: seconds after which it stops likewise; default none.
+    """
 
     circle: Circle = Disc()
     grid: Grid = Aligned()
-    method: Annotated[Bisection | Direct, Field(discriminator="kind")] = Direct()
-    search: Annotated[SweepSearch | RefineSearch, Field(discriminator="kind")] = RefineSearch()
+    method: Annotated[Bisection | Direct | Exact, Field(discriminator="kind")] = Direct()
+    search: Annotated[SweepSearch | RefineSearch | GlobalSearch, Field(discriminator="kind")] = GlobalSearch()
     solver: Literal["CLARABEL", "HIGHS", "OSQP", "SCS"] = "CLARABEL"
+    node_limit: Count = 2000
+    time_limit: Positive | None = None
 
     @model_validator(mode="after")
     def _solver_can(self) -> Settings:
         able = SOLVERS[self.circle.kind]
         if self.solver not in able:
             raise ValueError(f".solver: was {self.solver!r}, must be {' or '.join(able)} for a {self.circle.kind}")
+        return self
+
+    @model_validator(mode="after")
+    def _exact_is_round(self) -> Settings:
+        if isinstance(self.method, Exact) and not isinstance(self.circle, Disc):
+            raise ValueError(f".circle.kind: was {self.circle.kind!r}, must be 'disc' for the exact method")
         return self
 
     @property
@@ -185,6 +211,8 @@ def check(maneuver: Maneuver, settings: Settings) -> None:
                 )
         if start > stop:
             raise SpecError(f"settings.search.start: was {start}, must not be after stop, {stop}")
+    if isinstance(search, GlobalSearch):
+        return
     if walls > search.count:
         raise SpecError(f"settings.search.count: was {search.count}, must be at least the number of walls, {walls}")
     if math.comb(search.count, walls) > MAX_SWEEP_POINTS:

@@ -5,25 +5,22 @@ from __future__ import annotations
 import itertools
 import json
 import time
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .bisection import LeastPeak
-from .circle import Array, Polygon
+from .arrays import Array
+from .certify import Proof
 from .errors import SpecError
-from .grid import Uniform
+from .least import LeastPeak
 from .plan import Made, Plan, from_bracket, peak_of
 from .progress import Progress
-from .spec import SOLVERS, Direct, Maneuver, RefineSearch, Settings, SweepSearch, check
+from .spec import Maneuver, Settings, SweepSearch, check
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-FINEST = 1e-4  # of the duration: `refine` stops here (an aligned M(T_obs) is flat to 1e-8 around its minimum)
 
 
 @dataclass(frozen=True)
@@ -114,7 +111,7 @@ def sweep(
         brackets.append(least(point))
         if progress:
             progress(done, len(points))
-    unit = least.program.mass.unit
+    unit = least.mass.unit
     peaks = np.array([peak_of(b, settings.circle) for b in brackets]) * unit
     return Sweep(
         maneuver,
@@ -122,7 +119,7 @@ def sweep(
         points[:, 0] if walls == 1 else points,
         peaks,
         np.array([b.lower for b in brackets]) * unit,
-        _plan(least, points[int(np.argmin(peaks))], [least], began),
+        plan_at(least, points[int(np.argmin(peaks))], began),
     )
 
 
@@ -136,74 +133,29 @@ def _refuse(points: Array, maneuver: Maneuver) -> None:
         )
 
 
-def _plan(least: LeastPeak, times: Array, used: Iterable[LeastPeak], began: float) -> Plan:
-    program = least.program
-    used = list(used)
-    made = Made(
-        solver=least.settings.solver,
-        compilations=sum(each.program.count.compilations for each in used),
-        solves=sum(each.program.count.solves for each in used),
-        seconds=time.perf_counter() - began,
-    )
-    placed = least.place(times) / program.mass.time
-    return from_bracket(program.maneuver, least.settings, program.mass, placed, least(times), made)
-
-
-def refine(maneuver: Maneuver, settings: Settings, progress: Progress | None = None) -> Plan:
-    """A sweep with n = 1 over the whole duration (the paper's good initial guess), then closer with the real circle.
-
-    Each round asks around the winner at half the spacing of the round before, until it is 1e-4 of the duration
-    or half a node of a uniform grid.
-    """
-    began = time.perf_counter()
-    check(maneuver, settings)
-    walls, duration = len(maneuver.obstacles), maneuver.duration
-    least = LeastPeak(maneuver, settings)
-    if not walls:
-        return _plan(least, np.zeros(0), [least], began)
-    coarse_solver = settings.solver if settings.solver in SOLVERS["polygon"] else "CLARABEL"
-    coarse = LeastPeak(
-        maneuver,
-        settings.model_copy(update={"method": Direct(), "solver": coarse_solver}),
-        circle=Polygon(segments=1),
-    )
-    spacing = duration / (settings.search.count + 1)
-    points = list(itertools.combinations(spacing * np.arange(1, settings.search.count + 1), walls))
-    ends: list[float] = []
-    for done, point in enumerate(points, 1):
-        ends.append(coarse(np.array(point)).upper)
-        if progress:
-            progress(done, len(points))
-    best = np.array(points[int(np.argmin(ends))])
-    finest = duration * (max(FINEST, 0.5 / settings.grid.steps) if isinstance(settings.grid, Uniform) else FINEST)
-    while spacing > finest:
-        best = min(_around(best, spacing, duration), key=lambda point: peak_of(least(point), settings.circle))
-        spacing /= 2
-    return _plan(least, best, [coarse, least], began)
-
-
-def _around(best: Array, spacing: float, duration: float) -> Iterator[Array]:
-    """The ordered obstacle times within one spacing of the best ones, the best itself first."""
-    yield best
-    offsets = (-1.0, -0.5, 0.0, 0.5, 1.0) if len(best) == 1 else (-1.0, 0.0, 1.0)
-    for offset in itertools.product(offsets, repeat=len(best)):
-        point = best + spacing * np.array(offset)
-        if np.all(np.diff([0.0, *point, duration]) > 0):
-            yield point
-
-
-def solve(maneuver: Maneuver, settings: Settings | None = None, progress: Progress | None = None) -> Plan:
-    """The maneuver of least peak base reaction force, best over the obstacle times that the search visits.
+def plan_at(
+    least: LeastPeak,
+    times: Array,
+    began: float,
+    also: LeastPeak | None = None,
+    nodes: int = 0,
+    proof: Proof | None = None,
+) -> Plan:
+    """The plan at these obstacle times [s], shape (q,), with an account of the work since `began`.
 
     Args:
-        maneuver: what to do.
-        settings: how; default an exact disc, 200 aligned holds, M as a variable, `refine`.
-        progress: called with (done, total).
-
-    Raises:
-        SpecError: when the settings do not fit the maneuver.
+        began: a `time.perf_counter()`.
+        also: another M(T_obs) that was used on the way.
+        nodes: boxes of obstacle times looked at.
+        proof: of all obstacle times.
     """
-    settings = settings or Settings()
-    if isinstance(settings.search, RefineSearch):
-        return refine(maneuver, settings, progress)
-    return sweep(maneuver, settings, progress=progress).best
+    bracket, motion = least(times), least.motion(times)
+    counts = [each.count for each in (least, also) if each is not None]
+    made = Made(
+        solver=least.settings.solver,
+        compilations=sum(count.compilations for count in counts),
+        solves=sum(count.solves for count in counts),
+        nodes=nodes,
+        seconds=time.perf_counter() - began,
+    )
+    return from_bracket(least.maneuver, least.settings, least.place(times), bracket, motion, proof, made)

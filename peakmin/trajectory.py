@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .circle import Array
+from .arrays import Array
 
 
 class Trajectory(Protocol):
@@ -22,7 +22,10 @@ class Trajectory(Protocol):
     def velocity(self, t: ArrayLike) -> Array: ...
     def acceleration(self, t: ArrayLike) -> Array: ...
     def peak(self) -> float:
-        """Largest |acceleration| [m/s^2]."""
+        """A bound on |acceleration| [m/s^2]."""
+
+    def panels(self) -> Array:
+        """Times [s] between which an eight-point Gauss rule integrates the acceleration to rounding."""
 
 
 @dataclass(frozen=True)
@@ -73,3 +76,7 @@ class HoldTrajectory:
     def peak(self) -> float:
         """Largest |acceleration| [m/s^2]."""
         return float(np.max(np.hypot(*self.control.T)))
+
+    def panels(self) -> Array:
+        """Times [s] between which the acceleration is constant."""
+        return self.nodes

@@ -1,0 +1,74 @@
+"""A motion against its maneuver: the control integrated anew, by quadrature, and compared with what was asked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arrays import Array
+from .integrals import GAUSS_NODES, GAUSS_WEIGHTS
+from .moments import PointMass
+from .spec import Maneuver
+from .trajectory import Trajectory
+
+CHECK = 1e-9  # largest error of a state or a crossing, in units of the maneuver's length (and length/duration)
+GRAIN = 1e-14  # of a coordinate: its own rounding errors, which no plan can undo
+
+
+@dataclass(frozen=True)
+class Check:
+    """What a plan's control does; errors in units of the maneuver's length (and length/duration).
+
+    goal : error of position and velocity at the end;  walls : distance off a wall's line, or short of its tip;
+    peak : how far the control exceeds the stated peak, relative.
+    """
+
+    goal: float
+    walls: float
+    peak: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether every error is a rounding error."""
+        return max(self.goal, self.walls) <= CHECK and self.peak <= 1e-12
+
+
+def check(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, peak: float) -> Check:
+    """Errors of a motion against its maneuver, its acceleration integrated by an eight-point Gauss rule.
+
+    Args:
+        obstacle_times: [s], shape (q,).
+        peak: the stated bound [m/s^2].
+    """
+    mass = PointMass.of(maneuver)
+    speed = mass.length / mass.time
+    ordered = np.concatenate([[0.0], obstacle_times, [maneuver.duration]])
+    ends = motion.panels()
+    if (
+        len(obstacle_times) != mass.walls
+        or not np.all(np.diff(ordered) > 0)
+        or not np.all(np.diff(motion.nodes) > 0)
+        or (ends[0], ends[-1]) != (0, maneuver.duration)
+    ):
+        return Check(math.inf, math.inf, math.inf)
+    cuts = np.union1d(ends, obstacle_times)
+    dt = np.diff(cuts)[:, None]
+    u = motion.acceleration(cuts[:-1, None] + dt * GAUSS_NODES)  # (panels, 8, 2)
+    gained = dt * np.einsum("pgi,g->pi", u, GAUSS_WEIGHTS)
+    moved = dt * dt * np.einsum("pgi,g->pi", u, GAUSS_WEIGHTS * (1 - GAUSS_NODES))
+    v = np.vstack([maneuver.start.velocity, np.array(maneuver.start.velocity) + np.cumsum(gained, axis=0)])
+    r = np.vstack([np.zeros(2), np.cumsum(dt * v[:-1] + moved, axis=0)])  # from the start
+    grain = GRAIN * float(np.max(np.abs(mass.origin), initial=0.0))
+    miss = r[np.searchsorted(cuts, obstacle_times)] - mass.tips * mass.length
+    along = np.sum(miss * mass.free, axis=1)
+    off = miss - np.where(mass.clear, np.maximum(along, 0.0), 0.0)[:, None] * mass.free
+    position = float(np.max(np.abs(r[-1] - mass.pf * mass.length)))
+    velocity = float(np.max(np.abs(v[-1] - maneuver.goal.velocity)))
+    largest = max(motion.peak(), float(np.max(np.hypot(u[..., 0], u[..., 1]))))
+    return Check(
+        goal=max(max(position - grain, 0.0) / mass.length, velocity / speed),
+        walls=max(float(np.max(np.abs(off), initial=0.0)) - grain, 0.0) / mass.length,
+        peak=largest / peak - 1 if peak else largest,
+    )

@@ -1,0 +1,84 @@
+"""The function that the outer loop minimises: M over the obstacle times, by whichever method the settings name."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .arrays import Array
+from .bisection import bisect, direct
+from .bracket import Bracket
+from .circle import Disc, Polygon
+from .exact import Extremal, settled
+from .grid import Aligned
+from .moments import PointMass
+from .spec import Bisection, Exact, Maneuver, Settings
+from .trajectory import HoldTrajectory, Trajectory
+
+if TYPE_CHECKING:
+    from .program import DirectProgram, FeasibilityProgram
+
+COARSE = 25  # holds per segment of the program that proposes multipliers to the exact method
+
+
+class LeastPeak:
+    """M(T_obs) of one maneuver for one circle and grid: programs compiled once, answers remembered."""
+
+    def __init__(self, maneuver: Maneuver, settings: Settings, circle: Disc | Polygon | None = None) -> None:
+        from . import program  # cvxpy takes a second to import
+
+        self.maneuver, self.settings = maneuver, settings
+        self.mass = PointMass.of(maneuver)
+        self.count = program.Count()
+        self._programs = program
+        self._arguments = (maneuver, circle or settings.circle, settings.grid)
+        self._feasibility: FeasibilityProgram | None = None
+        self._direct: DirectProgram | None = None
+        self._known: dict[bytes, Bracket] = {}
+        self._extremals: dict[bytes, Extremal] = {}
+        self._hint: Array | None = None
+
+    def place(self, times: Array) -> Array:
+        """The obstacle times [scaled] that the grid makes of these [s], shape (q,)."""
+        scaled = np.asarray(times, dtype=float) / self.mass.time
+        return scaled if isinstance(self.settings.method, Exact) else self.settings.grid.place(scaled)
+
+    def __call__(self, times: Array) -> Bracket:
+        """The bracket [scaled] at these obstacle times [s], shape (q,)."""
+        placed = self.place(times)
+        key = placed.tobytes()
+        if key not in self._known:
+            if isinstance(self.settings.method, Exact):
+                self._extremals[key] = settled(self.mass, placed, self._propose)
+                bracket = self._extremals[key].bracket
+            elif isinstance(self.settings.method, Bisection):
+                self._feasibility = self._feasibility or self._programs.FeasibilityProgram(*self._arguments, self.count)
+                bracket = bisect(self._feasibility, times, self.settings, self._hint)
+            else:
+                self._direct = self._direct or self._programs.DirectProgram(*self._arguments, self.count)
+                bracket = direct(self._direct, times, self.settings)
+            self._hint = bracket.multipliers
+            self._known[key] = bracket
+        return self._known[key]
+
+    def motion(self, times: Array) -> Trajectory | None:
+        """The motion of the upper end at these obstacle times [s], in SI units; None where there is none."""
+        bracket, placed = self(times), self.place(times)
+        found = self._extremals.get(placed.tobytes())
+        if found is not None:
+            return found.motion.in_units(self.mass) if math.isfinite(found.upper) else None
+        if bracket.control is None:
+            return None
+        start = self.maneuver.start
+        nodes = self.settings.grid.edges(placed) * self.mass.time
+        control = bracket.control * self.mass.unit
+        return HoldTrajectory(nodes, control, np.array(start.position), np.array(start.velocity))
+
+    def _propose(self, times: Array) -> Array | None:
+        """Multipliers (2+q, 2) at scaled times from a conic program on a coarse aligned grid."""
+        grid = Aligned(steps=COARSE * (1 + self.mass.walls))
+        if self._direct is None:
+            self._direct = self._programs.DirectProgram(self.maneuver, Disc(), grid, self.count)
+        return direct(self._direct, times * self.mass.time, self.settings).multipliers

@@ -1,0 +1,118 @@
+"""The best obstacle times: proved over all of them, refined from a first guess, or the best of a sweep."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from .arrays import Array
+from .branch import certify
+from .certify import Proof
+from .circle import Disc, Polygon
+from .grid import Uniform
+from .least import LeastPeak
+from .moments import PointMass
+from .plan import Plan, peak_of
+from .progress import Progress
+from .spec import (
+    SOLVERS,
+    Direct,
+    Exact,
+    GlobalSearch,
+    Maneuver,
+    RefineSearch,
+    Settings,
+    check,
+)
+from .sweep import plan_at, sweep
+
+FINEST = 1e-4  # of the duration: `refine` stops here (an aligned M(T_obs) is flat to 1e-8 around its minimum)
+NEARBY = 1 / 64  # of the duration: where a polygon's or a uniform grid's best times are looked for
+
+
+def solve(maneuver: Maneuver, settings: Settings | None = None, progress: Progress | None = None) -> Plan:
+    """The maneuver of least peak base reaction force, with its proof.
+
+    Args:
+        maneuver: what to do.
+        settings: how; default an exact disc, 200 aligned holds, M as a variable, a global search to a gap of 1e-6.
+        progress: called with (done, total).
+
+    Raises:
+        SpecError: when the settings do not fit the maneuver.
+    """
+    settings = settings or Settings()
+    check(maneuver, settings)
+    if isinstance(settings.search, GlobalSearch):
+        return _global(maneuver, settings, progress)
+    if isinstance(settings.search, RefineSearch):
+        return _refine(maneuver, settings, progress)
+    return sweep(maneuver, settings, progress=progress).best
+
+
+def _global(maneuver: Maneuver, settings: Settings, progress: Progress | None) -> Plan:
+    """Branch and bound in continuous time, then the settings' own control at (or near) the best times."""
+    began = time.perf_counter()
+    assert isinstance(settings.search, GlobalSearch)
+    mass = PointMass.of(maneuver)
+    found = certify(mass, settings.search.gap, settings.node_limit, settings.time_limit or math.inf, progress)
+    least = LeastPeak(maneuver, settings)
+    times = found.times * mass.time
+    same = isinstance(settings.method, Exact) or (
+        isinstance(settings.circle, Disc) and not isinstance(settings.grid, Uniform)
+    )
+    if not same and mass.walls:
+        times = _closer(least, times, NEARBY * mass.time)
+    proof = Proof("all", tuple(found.leaves))
+    return plan_at(least, times, began, nodes=found.nodes, proof=proof)
+
+
+def _refine(maneuver: Maneuver, settings: Settings, progress: Progress | None) -> Plan:
+    """A sweep with n = 1 over the whole duration (the paper's good initial guess), then closer with the real circle."""
+    began = time.perf_counter()
+    assert isinstance(settings.search, RefineSearch)
+    walls, count = len(maneuver.obstacles), settings.search.count
+    least = LeastPeak(maneuver, settings)
+    if not walls:
+        return plan_at(least, np.zeros(0), began)
+    coarse_solver = settings.solver if settings.solver in SOLVERS["polygon"] else "CLARABEL"
+    coarse_settings = settings.model_copy(update={"method": Direct(), "solver": coarse_solver})
+    coarse = LeastPeak(maneuver, coarse_settings, circle=Polygon(segments=1))
+    spacing = maneuver.duration / (count + 1)
+    points = list(itertools.combinations(spacing * np.arange(1, count + 1), walls))
+    ends: list[float] = []
+    for done, point in enumerate(points, 1):
+        ends.append(coarse(np.array(point)).upper)
+        if progress:
+            progress(done, len(points))
+    best = _closer(least, np.array(points[int(np.argmin(ends))]), spacing)
+    return plan_at(least, best, began, also=coarse)
+
+
+def _closer(least: LeastPeak, best: Array, spacing: float) -> Array:
+    """Better obstacle times [s] near the given ones, shape (q,).
+
+    Each round asks around the winner at half the spacing of the round before, until it is 1e-4 of the duration or
+    half a node of a uniform grid.
+    """
+    grid, duration = least.settings.grid, least.mass.time
+    finest = duration * (max(FINEST, 0.5 / grid.steps) if isinstance(grid, Uniform) else FINEST)
+    while spacing > finest:
+        around = _around(best, spacing, duration)
+        best = min(around, key=lambda point: peak_of(least(point), least.settings.circle))
+        spacing /= 2
+    return best
+
+
+def _around(best: Array, spacing: float, duration: float) -> Iterator[Array]:
+    """The ordered obstacle times within one spacing of the best ones, the best itself first."""
+    yield best
+    offsets = (-1.0, -0.5, 0.0, 0.5, 1.0) if len(best) == 1 else (-1.0, 0.0, 1.0)
+    for offset in itertools.product(offsets, repeat=len(best)):
+        point = best + spacing * np.array(offset)
+        if np.all(np.diff([0.0, *point, duration]) > 0):
+            yield point
