@@ -6,7 +6,7 @@ import pytest
 
 import peakmin as pm
 from peakmin import paper
-from peakmin.bisection import LeastPeak
+from peakmin.least import LeastPeak
 
 MANEUVER = paper.GENERAL.model_copy(update={"duration": 1.0})
 DISC = {"kind": "disc"}
@@ -30,7 +30,7 @@ def test_circle(benchmark, name, steps):
 
     bracket = benchmark.pedantic(solve, rounds=5)
     benchmark.extra_info.update(
-        group=f"N = {steps}", name=name, value=bracket.upper * peak.program.mass.unit, width=bracket.gap
+        group=f"N = {steps}", name=name, value=bracket.upper * peak.mass.unit, width=bracket.gap
     )
 
 

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from .arrays import Array
 from .bracket import Bracket, HoldProblem, Verdict
 from .spec import Bisection, Settings
@@ -17,7 +15,8 @@ if TYPE_CHECKING:
     from .program import DirectProgram, FeasibilityProgram
 
 RELATIVE = 1e-6  # width of a bracket, relative to its upper end, at which it counts as closed
-MAX_STEPS = 200  # halvings and doublings; a float has no more than 2100 in it, a problem some 40
+MAX_STEPS = 1100  # halvings or doublings: from one end of the floats to the middle; a problem takes some 40
+LARGEST_PEAK = 1e150  # [scaled]; nothing above it is asked for
 GROWTH = 1.2  # from a lower end to the next M asked, while no upper end is known
 TOWARDS_LOWER = 1 / 16  # where verified bisection asks next: lower ends from proofs are the better of the two
 
@@ -61,15 +60,18 @@ def bisect(program: FeasibilityProgram, times: Array, settings: Settings, hint: 
 def _plain(program: FeasibilityProgram, problem: HoldProblem, bracket: Bracket, settings: Settings) -> Bracket:
     method, unit = settings.method, program.mass.unit
     assert isinstance(method, Bisection)
-    left, right = 0.0, method.upper / unit if method.upper else 4 * bracket.lower
+    # five: halvings of it do not end on the a-priori bound itself, where no verdict can be proved
+    left, right = 0.0, method.upper / unit if method.upper else 5 * bracket.lower
     # 1. If the initial M is not feasible, it is increased until a feasible solution is found.
     for _ in range(MAX_STEPS):
         bracket, verdict = _ask(program, problem, bracket, right, settings.solvers)
         if verdict is Verdict.FEASIBLE:
             break
-        if verdict is Verdict.UNKNOWN:
+        if verdict is Verdict.UNKNOWN or not right < LARGEST_PEAK:
             return bracket
         left, right = right, 2 * right
+    else:
+        return bracket
     # 2. to 5. Halve the bracket until it is as small as asked for.
     for _ in range(MAX_STEPS):
         if right - left <= (method.tolerance / unit if method.tolerance else RELATIVE * right):
@@ -77,7 +79,7 @@ def _plain(program: FeasibilityProgram, problem: HoldProblem, bracket: Bracket, 
         middle = (left + right) / 2
         bracket, verdict = _ask(program, problem, bracket, middle, settings.solvers)
         if verdict is Verdict.UNKNOWN:
-            break
+            return replace(bracket, lower=max(left, bracket.lower), upper=min(right, bracket.upper))
         left, right = (left, middle) if verdict is Verdict.FEASIBLE else (middle, right)
     return replace(bracket, lower=left, upper=right)
 
@@ -92,9 +94,7 @@ def _verified(
     method, unit = settings.method, program.mass.unit
     assert isinstance(method, Bisection)
     if hint is not None:
-        lower, multipliers = problem.lower(hint)
-        if lower > bracket.lower:
-            bracket = replace(bracket, lower=lower, multipliers=multipliers)
+        bracket = problem.raise_lower(bracket, hint)
     for _ in range(MAX_STEPS):
         before = bracket
         width = bracket.upper - bracket.lower
@@ -124,11 +124,7 @@ def _same(one: Bracket, other: Bracket) -> bool:
 def _start(program: DirectProgram | FeasibilityProgram, times: Array) -> tuple[HoldProblem, Bracket]:
     placed = program.place(times)
     problem = HoldProblem(program.mass, program.circle, placed, program.grid.edges(placed))
-    floor = program.mass.floor(placed)
-    if floor == 0:  # coasting does it
-        steps = program.grid.steps
-        return problem, Bracket(0.0, 0.0, np.zeros((steps, 2)), np.zeros((2 + program.mass.walls, 2)))
-    return problem, Bracket(lower=0.0 if math.isinf(floor) else floor * (1 - 1e-12))
+    return problem, problem.begin()
 
 
 def _ask(

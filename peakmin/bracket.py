@@ -85,10 +85,13 @@ class HoldProblem:
         size = np.linalg.norm(rows, axis=1, keepdims=True)  # rows near the ends of the time are tiny
         scaled = rows / size
         landed = control
-        for _ in range(2):  # the second step removes the rounding error of the first
-            moments = rows @ landed
-            residual = self.mass.reached(self.times, moments) - moments
-            landed = landed + np.linalg.lstsq(scaled, residual / size, rcond=None)[0]
+        try:
+            for _ in range(2):  # the second step removes the rounding error of the first
+                moments = rows @ landed
+                residual = self.mass.reached(self.times, moments) - moments
+                landed = landed + np.linalg.lstsq(scaled, residual / size, rcond=None)[0]
+        except np.linalg.LinAlgError:
+            return None
         moments = rows @ landed
         residual = np.abs(self.mass.reached(self.times, moments) - moments)
         return landed if np.all(residual <= LANDED) else None
@@ -104,11 +107,16 @@ class HoldProblem:
         """The multipliers L, shape (2+q, 2), whose A' L is closest to the costate (steps, 2)."""
         rows = self.rows
         size = np.linalg.norm(rows, axis=1)
-        multipliers: Array = np.linalg.lstsq((rows / size[:, None]).T, costate, rcond=None)[0] / size[:, None]
-        return multipliers
+        try:
+            fitted = np.linalg.lstsq((rows / size[:, None]).T, costate, rcond=None)[0]
+        except np.linalg.LinAlgError:
+            return np.zeros((len(rows), 2))
+        return np.asarray(fitted / size[:, None])
 
     def lower(self, multipliers: Array) -> tuple[float, Array]:
         """Proved lower end and the admissible multipliers (2+q, 2) that prove it; both signs are tried."""
+        if not np.all(np.isfinite(multipliers)):
+            return 0.0, np.zeros_like(multipliers)
         rows, b = self.rows, self.mass.targets(self.times)
         error_b = self.mass.target_errors(self.times)
         best, best_multipliers = 0.0, np.zeros_like(multipliers)
@@ -131,7 +139,19 @@ class HoldProblem:
             if upper < bracket.upper:
                 bracket = replace(bracket, upper=upper, control=control)
         if answer.costate is not None and np.all(np.isfinite(answer.costate)):
-            lower, multipliers = self.lower(self.fit(answer.costate))
-            if lower > bracket.lower:
-                bracket = replace(bracket, lower=lower, multipliers=multipliers)
+            bracket = self.raise_lower(bracket, self.fit(answer.costate))
+        return bracket
+
+    def raise_lower(self, bracket: Bracket, multipliers: Array) -> Bracket:
+        """The bracket with the lower end that these multipliers, (2+q, 2), prove, if that is higher."""
+        lower, admissible = self.lower(multipliers)
+        return replace(bracket, lower=lower, multipliers=admissible) if lower > bracket.lower else bracket
+
+    def begin(self) -> Bracket:
+        """What is proved before any solver was asked: all of it where coasting will do, else one equation at a time."""
+        if self.mass.floor(self.times) == 0:
+            return Bracket(0.0, 0.0, np.zeros((len(self.edges) - 1, 2)), np.zeros((2 + self.mass.walls, 2)))
+        bracket = Bracket()
+        for multipliers in self.mass.elementary(self.times):
+            bracket = self.raise_lower(bracket, multipliers)
         return bracket

@@ -88,12 +88,12 @@ def covers(leaves: Sequence[Leaf], low: Sequence[float], high: Sequence[float]) 
     ):
         return True
     for axis in range(len(low)):
-        cuts = {leaf.low[axis] for leaf in inside} | {leaf.high[axis] for leaf in inside}
-        middle = 0.5 * (low[axis] + high[axis])
-        if middle in cuts and not any(leaf.low[axis] < middle < leaf.high[axis] for leaf in inside):
-            left, right = list(high), list(low)
-            left[axis], right[axis] = middle, middle
-            return covers(inside, low, left) and covers(inside, right, high)
+        edges = {leaf.low[axis] for leaf in inside} | {leaf.high[axis] for leaf in inside}
+        for cut in sorted(edges, key=lambda edge: abs(edge - 0.5 * (low[axis] + high[axis]))):
+            if low[axis] < cut < high[axis] and not any(leaf.low[axis] < cut < leaf.high[axis] for leaf in inside):
+                left, right = list(high), list(low)
+                left[axis], right[axis] = cut, cut
+                return covers(inside, low, left) and covers(inside, right, high)
     return False
 
 

@@ -14,7 +14,7 @@ from .spec import Maneuver
 from .trajectory import Trajectory
 
 CHECK = 1e-9  # largest error of a state or a crossing, in units of the maneuver's length (and length/duration)
-GRAIN = 1e-14  # of a coordinate: its own rounding errors, which no plan can undo
+GRAIN = 1e-14  # of a coordinate or of what a velocity covers: its own rounding errors, which no plan can undo
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,10 @@ def check(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, peak: f
     moved = dt * dt * np.einsum("pgi,g->pi", u, GAUSS_WEIGHTS * (1 - GAUSS_NODES))
     v = np.vstack([maneuver.start.velocity, np.array(maneuver.start.velocity) + np.cumsum(gained, axis=0)])
     r = np.vstack([np.zeros(2), np.cumsum(dt * v[:-1] + moved, axis=0)])  # from the start
-    grain = GRAIN * float(np.max(np.abs(mass.origin), initial=0.0))
+    v0, vf, tips = np.abs(mass.v0), np.abs(mass.vf), np.abs(mass.tips)
+    moving = max(float(np.max(x, initial=0.0)) for x in (v0, vf, np.abs(mass.pf), tips))
+    grain = GRAIN * (float(np.max(np.abs(mass.origin))) + moving * mass.length)
+    speed_grain = GRAIN * float(max(np.max(v0), np.max(vf))) * speed
     miss = r[np.searchsorted(cuts, obstacle_times)] - mass.tips * mass.length
     along = np.sum(miss * mass.free, axis=1)
     off = miss - np.where(mass.clear, np.maximum(along, 0.0), 0.0)[:, None] * mass.free
@@ -68,7 +71,7 @@ def check(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, peak: f
     velocity = float(np.max(np.abs(v[-1] - maneuver.goal.velocity)))
     largest = max(motion.peak(), float(np.max(np.hypot(u[..., 0], u[..., 1]))))
     return Check(
-        goal=max(max(position - grain, 0.0) / mass.length, velocity / speed),
+        goal=max(max(position - grain, 0.0) / mass.length, max(velocity - speed_grain, 0.0) / speed),
         walls=max(float(np.max(np.abs(off), initial=0.0)) - grain, 0.0) / mass.length,
         peak=largest / peak - 1 if peak else largest,
     )

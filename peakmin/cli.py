@@ -1,4 +1,6 @@
-"""The terminal: `peakmin paper | solve | sweep | schema`, results on stdout, progress and errors on stderr.
+"""The terminal: `peakmin paper | solve | sweep | budget | verify | schema`.
+
+Results go to stdout, progress and errors to stderr.
 
 Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved infeasible, 4 nothing proved.
 """
@@ -10,15 +12,18 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
+from typer.exceptions import TyperException
 
 from . import files
 from .errors import PeakminError
+from .model import read_file
 from .spec import Spec, schema
 
 if TYPE_CHECKING:
+    from .budget import ErrorBudget
     from .plan import Plan
     from .progress import Progress
     from .sweep import Sweep
@@ -30,6 +35,7 @@ app = typer.Typer(
     add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__
 )
 SpecFile = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec file (JSON); see `peakmin schema`.")]
+PlanFile = Annotated[Path, typer.Argument(metavar="PLAN", help="plan.json as `peakmin solve --out` writes it.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Write plots, JSON and CSV there.")]
 
@@ -66,6 +72,37 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
     raise typer.Exit(EXIT[found.best.status])
 
 
+@app.command("budget")
+def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
+    """What the polygon, the grid, the tolerance and the obstacle times each cost, adding up to the whole error."""
+    asked = Spec.read(spec)
+    from .budget import error_budget
+
+    errors = error_budget(asked.maneuver, asked.settings)
+    if out:
+        _save(out / "budget.png", errors)
+        files.write(out / "budget.json", json.dumps(vars(errors), indent=2) + "\n")
+    print(json.dumps(vars(errors), indent=2) if as_json else errors.table())
+
+
+@app.command("verify")
+def verify_command(plan: PlanFile, as_json: Json = False) -> None:
+    """Compute anew everything that a plan file states, from the file alone; exit status 4 if any of it is not so."""
+    from .verify import verify
+
+    found = verify(read_file(plan))
+    stated = found.plan
+    if as_json:
+        numbers = {"peak": stated.peak, "lower_bound": found.lower_bound, "gap": stated.gap, "scope": stated.scope}
+        print(json.dumps({"verified": found.passed, **numbers, "problems": list(found.problems)}, indent=2))
+    else:
+        print("verified" if found.passed else "NOT as stated")
+        print(_facts(stated))
+        for problem in found.problems:
+            print(f"  {problem}")
+    raise typer.Exit(0 if found.passed else EXIT["unknown"])
+
+
 @app.command("paper")
 def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
     """Table 1 and the figures of the paper, computed anew; exit status 1 if a printed digit differs."""
@@ -91,17 +128,24 @@ def schema_command() -> None:
 
 
 def _describe(plan: Plan) -> str:
-    times = ", ".join(f"{t:.6g}" for t in plan.obstacle_times) or "none"
+    search = plan.settings.search.kind
+    return _facts(plan) + (
+        f"\n  made by         {plan.made.solver}, search {search}, {plan.made.solves} solves of "
+        f"{plan.made.compilations} compiled programs, {plan.made.nodes} boxes, {plan.made.seconds:.2f} s"
+    )
+
+
+def _facts(plan: Plan) -> str:
+    times = ", ".join(f"{t:.6g} s" for t in plan.obstacle_times) or "none"
     covered = "every obstacle time" if plan.scope == "all" else "these obstacle times only"
     lines = [f"{plan.status}: peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N"]
+    limit = plan.maneuver.max_peak
+    if limit is not None and plan.status != "solved":
+        proved = "no control keeps it (proved)" if plan.status == "infeasible" else "not proved to be impossible"
+        lines.append(f"  max_peak        {limit:.9g} m/s²: {proved}")
     lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for any control, over {covered}")
-    lines.append(f"  gap             {plan.gap:.2e}")
-    lines.append(f"  obstacle times  {times} s")
-    search = plan.settings.search.kind
-    lines.append(
-        f"  made by         {plan.made.solver}, search {search}, {plan.made.solves} solves of "
-        f"{plan.made.compilations} compiled programs in {plan.made.seconds:.2f} s"
-    )
+    lines.append(f"  gap             {plan.gap:.2e} of the peak")
+    lines.append(f"  obstacle times  {times}")
     return "\n".join(lines)
 
 
@@ -122,7 +166,7 @@ def _write_plan(plan: Plan, out: Path) -> None:
         _save(out / "plan.png", plan)
 
 
-def _save(path: Path, thing: Plan | Sweep) -> None:
+def _save(path: Path, thing: Plan | Sweep | ErrorBudget) -> None:
     import io
 
     _headless()
@@ -160,10 +204,16 @@ def _progress(name: str) -> Iterator[Progress | None]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def main(arguments: list[str] | None = None) -> Any:
+def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line; every refusal is one line on stderr and exit status 2."""
     try:
-        return app(args=arguments, prog_name="peakmin")
+        sys.exit(app(args=arguments, prog_name="peakmin", standalone_mode=False) or 0)
     except PeakminError as error:
         print(f"peakmin: {error}", file=sys.stderr)
-        sys.exit(BAD_INPUT)
+    except TyperException as error:
+        message = getattr(error, "format_message", error.__str__)()
+        print(f"peakmin: {' '.join(message.split())}", file=sys.stderr)
+    except typer.Abort:
+        print("peakmin: stopped", file=sys.stderr)
+        sys.exit(130)
+    sys.exit(BAD_INPUT)

@@ -31,7 +31,7 @@ def _plain(value: Any) -> Any:
 def _within(value: float) -> float:
     if abs(value) > LARGEST:
         raise ValueError(f"a number of at most {LARGEST:g} in size")
-    return value
+    return value if abs(value) >= 1 / LARGEST else 0.0
 
 
 def _positive(value: float) -> float:
@@ -43,6 +43,7 @@ def _positive(value: float) -> float:
 _Finite = Annotated[float, BeforeValidator(_plain), Field(strict=True)]
 Number = Annotated[_Finite, AfterValidator(_within)]
 Positive = Annotated[_Finite, AfterValidator(_positive)]
+Switch = Annotated[bool, Field(strict=True)]
 Count = Annotated[int, BeforeValidator(_plain), Field(strict=True, ge=1, le=1_000_000)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
 
@@ -140,16 +141,20 @@ def _path(location: Sequence[int | str], data: Any) -> str:
     """The location as the user wrote it: `obstacles[0].tip`, without the unions' tags."""
     parts: list[str] = []
     here = data
+
+    def named(key: str) -> str:
+        return f".{key}" if key.isidentifier() and len(key) <= 60 else f"[{_short(key)}]"
+
     for place, key in enumerate(location):
         last = place == len(location) - 1
         if isinstance(key, int):
             parts.append(f"[{key}]")
             here = here[key] if isinstance(here, Sequence) and key < len(here) else None
         elif isinstance(here, Mapping) and key in here:
-            parts.append(f".{key}")
+            parts.append(named(key))
             here = _plain(here[key])
         elif isinstance(here, Mapping) and last:
-            parts.append(f".{key}")
+            parts.append(named(key))
     return "".join(parts).removeprefix(".") or WHOLE
 
 

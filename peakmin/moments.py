@@ -57,7 +57,9 @@ class PointMass:
         tips = np.array([w.tip for w in walls]).reshape(-1, 2) - origin
         free = -np.array([w.direction for w in walls]).reshape(-1, 2)
         sizes = [pf - v0, vf - v0, *tips, *(tips - v0)]
-        length = max(float(np.hypot(*size)) for size in sizes) or 1.0
+        # no smaller than the rounding errors of the numbers it comes from
+        grain = np.finfo(float).eps * max(float(np.max(np.abs(x), initial=0.0)) for x in (pf, v0, vf, tips))
+        length = max(*(float(np.hypot(*size)) for size in sizes), grain) or 1.0
         return cls(
             length=length,
             time=time,
@@ -116,14 +118,36 @@ class PointMass:
         return b
 
     def floor(self, times: Array) -> float:
-        """A lower end for M from one equation at a time, |b| / int |g| dt; zero only if no force is needed."""
-        b = self.targets(times)
-        t = np.asarray(times)
-        # seen from the goal, a wall is met a time 1 - T_i earlier
-        back = self.tips - self.pf + np.multiply.outer(1 - t, self.vf)
-        ends = np.hypot(*b[:2].T) / np.array([0.5, 1.0])
-        walls = [np.hypot(*self._blocked(c).T) / (0.5 * s**2) for c, s in ((b[2:], t), (back, 1 - t))]
-        return float(max(np.max(ends), *(np.max(w, initial=0.0) for w in walls)))
+        """About the size of M: the largest |b| / int |g| dt of one equation at a time. Not a proof, but zero says that
+        coasting satisfies every equation to rounding.
+        """
+        b, t = self.targets(times), np.asarray(times)
+        needed = np.vstack([b[:2], self._blocked(b[2:])])
+        if np.all(np.abs(needed) <= self.target_errors(times)):
+            return 0.0
+        walls = np.hypot(*needed[2:].T) / (0.5 * t**2)
+        back = np.hypot(*self._blocked(self._behind(t)).T) / (0.5 * (1 - t) ** 2)
+        ends = np.hypot(*needed[:2].T) / np.array([0.5, 1.0])
+        return float(max(np.max(ends), np.max(walls, initial=0.0), np.max(back, initial=0.0)))
+
+    def elementary(self, times: Array) -> list[Array]:
+        """Multipliers, (2+q, 2) each, of one equation at a time: the ends, each wall from the start and from the goal.
+
+        Seen from the goal a wall is met 1 - T_i before the end, with (t - T_i)_+ = g_i - g_pos + (1 - T_i) g_vel.
+        """
+        b, t = self.targets(times), np.asarray(times)
+        out = []
+        for k, row in enumerate(np.vstack([b[:2], self._blocked(b[2:])])):
+            out.append(np.zeros_like(b))
+            out[-1][k] = row
+        for i, row in enumerate(self._blocked(self._behind(t))):
+            out.append(np.zeros_like(b))
+            out[-1][2 + i], out[-1][0], out[-1][1] = row, -row, (1 - t[i]) * row
+        return out
+
+    def _behind(self, times: Array) -> Array:
+        """What (t - T_i)_+ must integrate u to, shape (q, 2)."""
+        return np.asarray(self.tips - self.pf + np.multiply.outer(1 - times, self.vf))
 
     def _blocked(self, b: Array) -> Array:
         """The part of b that a wall does not give away: all of it, less -s f_i for clear walls."""

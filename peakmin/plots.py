@@ -126,6 +126,9 @@ def peak_over_time(sweep: Sweep, ax: Axes | None = None, label: str | None = Non
     ax = _axes(ax)
     known = np.isfinite(sweep.peak)
     ax.plot(sweep.obstacle_times[known], sweep.peak[known], color=BLUE, marker="o", markersize=4, label=label)
+    ax.set(xlabel="$T_{obs}$ [s]", ylabel="least M [m/s²]")
+    if not np.any(known):
+        return ax
     at, peak = sweep.obstacle_times[sweep.winner], sweep.peak[sweep.winner]
     ax.plot(at, peak, "D", color=ORANGE, markeredgecolor=BLACK, label=f"least: {peak:.4f} m/s² at {at:.4f} s")
     ax.axhline(sweep.best.lower_bound, color=BLACK, linestyle=":", label="lower bound at the winner, any control")

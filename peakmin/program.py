@@ -11,13 +11,14 @@ With kappa a parameter this is the paper's feasibility problem; with kappa a var
     aligned   per segment j of length h_j = T_{j+1} - T_j, with N_j holds, only the two sums
               P_j = sum_k (N_j - k - 1/2) v_k / N_j^2 and S_j = sum_k v_k / N_j occur:
               r_{j+1} = r_j + h_j (V_j + h_j P_j),   V_{j+1} = V_j + h_j S_j,
-              affine in h_j once a_j = h_j P_j is a variable, so T itself is the only parameter.
+              affine in h_j once a_j = h_j P_j is a variable. r and V are seen from the start as it moves on, so
+              that r_j = kappa b_j and the size of the velocities does not matter.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +28,7 @@ import numpy as np
 from .arrays import Array
 from .bracket import Answer
 from .circle import Disc, Polygon
-from .errors import NotDPPError
+from .errors import NotDPPError, SpecError
 from .grid import Aligned, Uniform
 from .moments import PointMass, hold_rows
 from .spec import Maneuver
@@ -72,35 +73,44 @@ class _Program:
         self.v: Any = cp.Variable((grid.steps, 2), name="v")
         self.problem: Any = None
         self._bound: list[Any] = self.circle.constraints(self.v)
-        self._solvers: set[str] = set()
+        self._per_solver: dict[str, Any] = {}
 
     def _scaled_times(self) -> Array:
+        """The placed obstacle times. Raises `SpecError` unless they increase strictly inside the duration."""
         if self.obstacle_times is None:
             return np.zeros(0)
-        return self.grid.place(np.asarray(self.obstacle_times.value) / self.mass.time)
+        asked = np.asarray(self.obstacle_times.value, dtype=float)
+        if not np.all(np.diff([0.0, *asked, self.mass.time]) > 0):
+            raise SpecError(f"obstacle_times: was {asked.tolist()}, must increase strictly from 0 to {self.mass.time}")
+        return self.grid.place(asked / self.mass.time)
 
-    def _build(self, objective: Any, kappa: Any, scale: Any, size: Any) -> None:
-        """The problem; kappa b is written kappa * (b * size()), with scale the parameter whose value is size()."""
+    def _build(self, objective: Any, kappa: Any, size: Callable[[], float | None]) -> None:
+        """The problem with targets kappa * (b(T) * size()); the second factor is a parameter that follows T."""
+
+        def targets() -> Array | None:
+            value = size()
+            return None if value is None else self.mass.targets(self._scaled_times()) * value
+
         aligned = isinstance(self.grid, Aligned)
-        moments = self._segments(kappa, scale) if aligned else self._rows(kappa, scale, size)
+        moments = self._segments(kappa, targets) if aligned else self._rows(kappa, targets)
         self.problem = cp.Problem(objective, self._bound + moments)
         if not self.problem.is_dcp(dpp=True):
             raise NotDPPError(f"{type(self).__name__} on {self.circle} and {self.grid} is not DPP")
 
-    def _rows(self, kappa: Any, scale: Any, size: Any) -> list[Any]:
+    def _rows(self, kappa: Any, targets: Callable[[], Array | None]) -> list[Any]:
         q, edges = self.mass.walls, self.grid.edges(np.zeros(0))
 
         def norms() -> Array:  # rows of length one, or first-order solvers stall
             return np.asarray(np.linalg.norm(hold_rows(edges, self._scaled_times()), axis=1, keepdims=True))
 
-        def targets() -> Array | None:
-            value = size()
-            return None if value is None else self.mass.targets(self._scaled_times()) * value / norms()
+        def unit_targets() -> Array | None:
+            value = targets()
+            return None if value is None else value / norms()
 
         def walls_rows() -> Array:
             return np.asarray((hold_rows(edges, self._scaled_times()) / norms())[2:])
 
-        b = cp.CallbackParam(targets, (2 + q, 2))
+        b = cp.CallbackParam(unit_targets, (2 + q, 2))
         fixed = hold_rows(edges, np.zeros(0))
         ends = (fixed / np.linalg.norm(fixed, axis=1, keepdims=True)) @ self.v == kappa * b[:2]
         if not q:
@@ -117,14 +127,13 @@ class _Program:
         select = np.eye(self.mass.walls)[:, self.mass.clear]
         return cp.multiply(select @ cp.reshape(s, (s.size, 1), order="C") @ np.ones((1, 2)), self.mass.free), [s >= 0]
 
-    def _segments(self, kappa: Any, scale: Any) -> list[Any]:
+    def _segments(self, kappa: Any, targets: Callable[[], Array | None]) -> list[Any]:
+        # in the frame that moves with the start's velocity: there a wall point is its target, whatever the speeds
         q, mass = self.mass.walls, self.mass
         beyond, constraints = self._beyond()
-        points = [np.zeros(2), *(kappa * scale * mass.tips[i] + beyond[i] for i in range(q))]
-        points.append(kappa * scale * mass.pf)
-        speeds = [cp.Variable(2) for _ in range(q + 1)]
-        speeds.append(kappa * scale * mass.vf)
-        constraints.append(speeds[0] == kappa * scale * mass.v0)
+        b = cp.CallbackParam(targets, (2 + q, 2))
+        points = [np.zeros(2), *(kappa * b[2 + i] + beyond[i] for i in range(q)), kappa * b[0]]
+        speeds = [np.zeros(2), *(cp.Variable(2) for _ in range(q)), kappa * b[1]]
         ends = [0.0, *(self.obstacle_times[i] / mass.time for i in range(q)), 1.0]
         first = 0
         for j, holds in enumerate(self.grid.holds(q)):  # type: ignore[union-attr]
@@ -154,15 +163,20 @@ class _Program:
             solver: CLARABEL, HIGHS, OSQP or SCS.
         """
         self.count.solves += 1
-        self.count.compilations += solver not in self._solvers
-        self._solvers.add(solver)
+        if solver not in self._per_solver:  # a cvxpy problem keeps what it compiled for its last solver only
+            fresh = cp.Problem(self.problem.objective, self.problem.constraints)
+            self._per_solver[solver] = fresh if self._per_solver else self.problem
+            self.count.compilations += 1
+        problem = self._per_solver[solver]
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # "may be inaccurate": the bracket measures by how much
-                self.problem.solve(solver=solver, warm_start=False, enforce_dpp=True, **OPTIONS[solver])
+                problem.solve(solver=solver, warm_start=False, enforce_dpp=True, **OPTIONS[solver])
+        except SpecError:
+            raise
         except (cp.SolverError, ValueError, ArithmeticError) as error:
             return Answer(status=f"failed: {error}")
-        return Answer(self._control(), self.circle.costate(self._bound), str(self.problem.status))
+        return Answer(self._control(), self.circle.costate(self._bound), str(problem.status))
 
     def _control(self) -> Array | None:
         raise NotImplementedError
@@ -184,7 +198,7 @@ class FeasibilityProgram(_Program):
         def size() -> float | None:
             return None if self.M.value is None else self.mass.unit / float(self.M.value)
 
-        self._build(cp.Minimize(0), 1.0, cp.CallbackParam(size, nonneg=True), size)
+        self._build(cp.Minimize(0), 1.0, size)
 
     def _control(self) -> Array | None:
         return None if self.v.value is None else self.v.value * (self.M.value / self.mass.unit)
@@ -201,11 +215,11 @@ class DirectProgram(_Program):
     ) -> None:
         super().__init__(maneuver, circle, grid, count)
         self.kappa: Any = cp.Variable(name="kappa")
-        self._build(cp.Maximize(self.kappa), self.kappa, cp.CallbackParam(self._size, nonneg=True), self._size)
+        self._build(cp.Maximize(self.kappa), self.kappa, self._size)
 
     def _size(self) -> float:
         # an a-priori lower end of M keeps kappa near one wherever the obstacle times are
-        return 1.0 / self.mass.floor(self._scaled_times())
+        return 1.0 / (self.mass.floor(self._scaled_times()) or 1.0)
 
     @property
     def M(self) -> float:

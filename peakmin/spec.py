@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from .circle import Circle, Disc
 from .errors import SpecError
 from .grid import Aligned, Grid
-from .model import Count, Model, Positive, Vector
+from .model import Count, Model, Positive, Switch, Vector
 
 MAX_SWEEP_POINTS = 100_000  # ordered obstacle times; above it a sweep would take days
 SOLVERS = {"disc": ("CLARABEL", "SCS"), "polygon": ("CLARABEL", "HIGHS", "OSQP", "SCS")}
@@ -89,7 +89,8 @@ class Bisection(Model):
     """Bisection on M over feasibility problems (the paper's inner loop).
 
     Args:
-        upper: first M_right [m/s^2]; doubled until a control is found. Default: four times an a-priori bound.
+        upper: first M asked for [m/s^2], doubled until a control is found. Default: five times an a-priori bound.
+            Verified bisection asks for it at the first obstacle time only, then starts from what it has proved.
         tolerance: width of the bracket [m/s^2] at which to stop. Default: 1e-6 of its upper end.
         verified: move the ends by proofs (far fewer solves) instead of to midpoints (the paper).
     """
@@ -97,7 +98,7 @@ class Bisection(Model):
     kind: Literal["bisection"] = "bisection"
     upper: Positive | None = None
     tolerance: Positive | None = None
-    verified: bool = True
+    verified: Switch = True
 
 
 class Direct(Model):
@@ -181,10 +182,16 @@ class Settings(Model):
         yield from (name for name in SOLVERS[self.circle.kind] if name != self.solver)
 
 
+def _known_version(version: int) -> int:
+    if version != 1:
+        raise ValueError("1 (the only version so far)")
+    return version
+
+
 class Spec(Model):
     """A whole spec file."""
 
-    version: Literal[1] = 1
+    version: Annotated[int, Field(strict=True), AfterValidator(_known_version)] = 1
     maneuver: Maneuver
     settings: Settings = Settings()
 

@@ -28,7 +28,8 @@ class Sweep:
     """M over T_obs.
 
     obstacle_times: as asked for [s], shape (points,) for one wall and (points, q) for several.
-    peak, lower: the least M [m/s^2] lies between them at each point, for the settings' circle and grid; (points,).
+    peak: a bound on |acceleration| that the best control found keeps at each point [m/s^2], (points,); lower: no
+    control of the settings' circle and grid has a smaller M there.
     best: the plan at the winner.
     """
 
@@ -102,7 +103,7 @@ def sweep(
         span = settings.search.span(maneuver.duration)
         points = np.array(list(itertools.combinations(np.linspace(*span, settings.search.count), walls)))
     else:
-        points = np.asarray(times, dtype=float)
+        points = _given(times, walls)
     points = points.reshape(-1, walls) if walls else np.zeros((1, 0))
     _refuse(points, maneuver)
     least = LeastPeak(maneuver, settings)
@@ -121,6 +122,17 @@ def sweep(
         np.array([b.lower for b in brackets]) * unit,
         plan_at(least, points[int(np.argmin(peaks))], began),
     )
+
+
+def _given(times: ArrayLike, walls: int) -> Array:
+    try:
+        points = np.asarray(times, dtype=float)
+    except (TypeError, ValueError):
+        points = np.zeros(0)
+    if points.size == 0 or points.ndim > 2 or ((points.ndim == 2 or walls != 1) and points.shape[-1] != walls):
+        wanted = "(points,)" if walls == 1 else f"(points, {walls})"
+        raise SpecError(f"times: was an array of shape {np.shape(times)}, must be numbers of shape {wanted}")
+    return points
 
 
 def _refuse(points: Array, maneuver: Maneuver) -> None:

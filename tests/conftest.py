@@ -20,9 +20,9 @@ def wall_maneuver(contact="clear", **changes):
 
 def least(maneuver, times=(), **settings):
     """Bracket [m/s^2] at given obstacle times, as (lower, upper)."""
-    from peakmin.bisection import LeastPeak
+    from peakmin.least import LeastPeak
 
     peak = LeastPeak(maneuver, pm.Settings(**settings))
     bracket = peak(times)
-    unit = peak.program.mass.unit
+    unit = peak.mass.unit
     return bracket.lower * unit, bracket.upper * unit

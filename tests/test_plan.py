@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import peakmin as pm
-from peakmin.plan import check
+from peakmin.check import check
 from peakmin.trajectory import HoldTrajectory
 
 from .conftest import wall_maneuver

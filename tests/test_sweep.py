@@ -3,7 +3,7 @@ import pytest
 from cvxpy.reductions.solvers import solving_chain
 
 import peakmin as pm
-from peakmin.bisection import LeastPeak
+from peakmin.least import LeastPeak
 
 from .conftest import wall_maneuver
 
@@ -51,7 +51,7 @@ def test_plain_bisection_takes_the_paper_s_steps():
     settings = pm.Settings(method=pm.Bisection(upper=15.0, tolerance=0.01, verified=False))
     peak = LeastPeak(wall_maneuver(), settings)
     bracket = peak([0.5])
-    assert peak.program.count.solves <= 1 + 11  # 15, then 11 halvings; what is proved already is not asked again
+    assert peak.count.solves <= 1 + 11  # 15, then 11 halvings; what is proved already is not asked again
     assert bracket.upper - bracket.lower == pytest.approx(15 / 2048)
     for end in (bracket.lower, bracket.upper):
         assert end * 2048 / 15 == pytest.approx(round(end * 2048 / 15), abs=1e-9)
