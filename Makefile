@@ -8,7 +8,7 @@ paper: .venv/installed
 	$(BIN)/peakmin paper --out out
 
 test: .venv/installed lint
-	$(BIN)/pytest
+	$(BIN)/pytest -n 2 -p no:benchmark
 
 lint: .venv/installed
 	$(BIN)/ruff check .

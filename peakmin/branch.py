@@ -80,13 +80,15 @@ def certify(
             centre = inside(np.array(child.low), np.array(child.high))
             # cheap multipliers first: far from the optimum they are good enough
             nodal = Nodal(mass, np.concatenate([[0.0], centre, [1.0]]))
+            single = max(mass.elementary(centre), key=lambda trial: lower_bound(mass, centre, trial))
             optimal = nodal.multipliers(least_energy(nodal))
-            score, better = _better(mass, child, optimal)
+            _, better = _better(mass, child, single)
+            score, better = _better(mass, better, optimal)
             if score < (1 - gap) * best.upper:
                 optimal = ascend(mass, centre)
                 score, better = _better(mass, better, optimal)
                 if lower_bound(mass, centre, optimal) < best.upper * (1 - WORTH_A_DESCENT):
-                    found = extremal(mass, centre, optimal)
+                    found = extremal(mass, centre)
                     optimal = found.multipliers
                     score, better = _better(mass, better, optimal)
                     if found.upper < best.upper * (1 - WORTH_A_DESCENT):

@@ -207,7 +207,14 @@ def _progress(name: str) -> Iterator[Progress | None]:
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line; every refusal is one line on stderr and exit status 2."""
     try:
-        sys.exit(app(args=arguments, prog_name="peakmin", standalone_mode=False) or 0)
+        sys.exit(
+            app(
+                args=(sys.argv[1:] if arguments is None else arguments) or ["--help"],
+                prog_name="peakmin",
+                standalone_mode=False,
+            )
+            or 0
+        )
     except PeakminError as error:
         print(f"peakmin: {error}", file=sys.stderr)
     except TyperException as error:

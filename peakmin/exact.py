@@ -70,7 +70,17 @@ def extremal(mass: PointMass, times: Array, start: Array | None = None) -> Extre
     if mass.floor(times) == 0:
         return Extremal(0.0, 0.0, np.zeros((n, 2)), coasting(nodal))
     p = least_energy(nodal) if start is None else costate(start, times)[1]
-    silent = np.zeros(n, dtype=bool)
+    best = _from(nodal, p)
+    if start is None and best.gap > SETTLED:
+        # one equation may decide alone, with p silent wherever it does not look
+        single = max(mass.elementary(times), key=lambda multipliers: lower_bound(mass, times, multipliers))
+        best = _join(best, _from(nodal, costate(single, times)[1]))
+    return best
+
+
+def _from(nodal: Nodal, p: Array) -> Extremal:
+    """The best that Newton's method reaches from the nodal values p, with and without silent stretches."""
+    silent = np.zeros(len(p), dtype=bool)
     p, best = _with_walls(nodal, p, silent)
     for _ in range(2):
         size = np.hypot(*p.T)

@@ -44,6 +44,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "iterative_refinement_enable": False,
         "equilibrate_max_iter": 2,
     },
+    # for the few problems that need what was left out above
+    "CLARABEL CAREFUL": {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9, "accept_unknown": True},
     "HIGHS": {},
     "OSQP": {"eps_abs": 1e-6, "eps_rel": 1e-6, "max_iter": 40_000, "polishing": True},
     "SCS": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 20_000},
@@ -160,9 +162,11 @@ class _Program:
         """Solve with the values set, and read off what the solver proposes, whatever its status.
 
         Args:
-            solver: CLARABEL, HIGHS, OSQP or SCS.
+            solver: CLARABEL, HIGHS, OSQP or SCS; "CLARABEL CAREFUL" is CLARABEL at its own default care.
         """
         self.count.solves += 1
+        options = OPTIONS[solver]
+        solver = solver.split()[0]
         if solver not in self._per_solver:  # a cvxpy problem keeps what it compiled for its last solver only
             fresh = cp.Problem(self.problem.objective, self.problem.constraints)
             self._per_solver[solver] = fresh if self._per_solver else self.problem
@@ -171,7 +175,7 @@ class _Program:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # "may be inaccurate": the bracket measures by how much
-                problem.solve(solver=solver, warm_start=False, enforce_dpp=True, **OPTIONS[solver])
+                problem.solve(solver=solver, warm_start=False, enforce_dpp=True, **options)
         except SpecError:
             raise
         except (cp.SolverError, ValueError, ArithmeticError) as error:

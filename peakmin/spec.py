@@ -177,8 +177,9 @@ class Settings(Model):
 
     @property
     def solvers(self) -> Iterator[str]:
-        """The solver asked for, then the ones to fall back to."""
+        """The solver asked for, then what to fall back to: CLARABEL with more care, then other solvers."""
         yield self.solver
+        yield "CLARABEL CAREFUL"
         yield from (name for name in SOLVERS[self.circle.kind] if name != self.solver)
 
 

@@ -1,0 +1,144 @@
+"""What once went wrong, each with the number that it must be."""
+
+import math
+
+import numpy as np
+import pytest
+
+import peakmin as pm
+
+from .conftest import least, wall_maneuver
+
+ALWAYS = [0.01, 0.05, 0.1, 0.2, 0.8, 0.9, 0.95]
+
+
+@pytest.mark.parametrize("at", ALWAYS)
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_circumscribed_polygons_have_their_own_single_equation_bounds(at, n):
+    """Their M may lie below the disc's: a Euclidean bound would be false."""
+    circle = pm.Polygon(segments=n, fit="circumscribed")
+    low, high = least(wall_maneuver(), [at], circle=circle)
+    assert low <= high
+    assert high - low <= 1e-6 * high
+    disc = least(wall_maneuver(), [at])
+    assert low <= disc[1] * (1 + 1e-9)
+    assert disc[0] * math.cos(math.pi / (4 * n)) <= high * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("at", ALWAYS)
+@pytest.mark.parametrize("verified", [True, False])
+def test_bisection_with_its_defaults_closes_where_one_equation_decides(at, verified):
+    low, high = least(wall_maneuver(), [at], method=pm.Bisection(verified=verified))
+    direct = least(wall_maneuver(), [at])
+    assert low <= direct[1] * (1 + 1e-9)
+    assert high == pytest.approx(direct[1], rel=1e-5)
+
+
+def test_an_upper_end_never_stands_without_a_control():
+    tiny = least(wall_maneuver(), [0.5], method=pm.Bisection(upper=1e-90, verified=False))
+    assert tiny[1] == pytest.approx(8.5377, rel=1e-3)
+
+
+def test_single_equation_bounds_lose_no_truth_to_cancellation():
+    goal = np.array([1 / 3, 0.1])
+    maneuver = wall_maneuver(
+        goal=pm.State(position=tuple(goal), velocity=(1, 0)),
+        obstacles=(pm.Wall(tip=tuple(goal - [1e-9, 0]), contact="touch"),),
+    )
+    found = pm.sweep(maneuver, times=[1 - 1e-9])
+    assert found.lower[0] <= found.peak[0]
+
+
+@pytest.mark.parametrize("speed", [1.0, 5e5, 1e8, 1e10])
+def test_velocities_of_any_size(speed):
+    """In a moving frame it is the same maneuver."""
+    moving = wall_maneuver(
+        "touch",
+        start=pm.State(position=(0, 0), velocity=(speed, 0)),
+        goal=pm.State(position=(speed + 1, 0), velocity=(speed, 0)),
+        obstacles=(pm.Wall(tip=(speed / 2 + 0.5, 0.5), contact="touch"),),
+    )
+    plan = pm.sweep(moving, times=[0.5]).best
+    assert plan.status == "solved"
+    assert plan.peak == pytest.approx(8.5376757, rel=1e-15 * speed + 1e-6)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_coasting_in_decimal_numbers(seed):
+    rng = np.random.default_rng(seed)
+    v, duration = np.round(rng.uniform(-2, 2, 2), 1), float(np.round(rng.uniform(0.1, 9), 1))
+    end = tuple(np.round(v * duration, 2))
+    plan = pm.solve(
+        pm.Maneuver(
+            start=pm.State(position=(0, 0), velocity=tuple(v)),
+            goal=pm.State(position=end, velocity=tuple(v)),
+            duration=duration,
+        )
+    )
+    assert (plan.status, plan.peak, plan.lower_bound) == ("solved", 0.0, 0.0)
+
+
+@pytest.mark.parametrize("solver", ["OSQP", "HIGHS", "SCS"])
+def test_counts_are_cvxpy_s_own(solver, monkeypatch):
+    from cvxpy.reductions.solvers import solving_chain
+
+    built = []
+    apply = solving_chain.SolvingChain.apply
+    monkeypatch.setattr(
+        solving_chain.SolvingChain, "apply", lambda self, *args, **kw: built.append(1) or apply(self, *args, **kw)
+    )
+    settings = pm.Settings(circle=pm.Polygon(segments=1), grid=pm.Aligned(steps=20), solver=solver)
+    made = pm.sweep(wall_maneuver(), settings, times=[0.3, 0.4, 0.5]).best.made
+    assert made.compilations == len(built)
+    straight = pm.solve(wall_maneuver(obstacles=()))
+    assert (straight.made.compilations, straight.made.solves) == (1, 1)
+
+
+@pytest.mark.parametrize("times", [[1.7], [0.0], [1.0], [-0.2], [float("nan")]])
+@pytest.mark.parametrize("grid", [pm.Aligned(steps=20), pm.Uniform(steps=20)], ids=str)
+def test_programs_refuse_times_outside_the_duration(times, grid):
+    program = pm.FeasibilityProgram(wall_maneuver(), pm.Disc(), grid)
+    program.M.value = 9.0
+    with pytest.raises((pm.SpecError, ValueError)):
+        program.obstacle_times.value = times
+        program.problem.solve(solver="CLARABEL")
+
+
+@pytest.mark.parametrize("times", [[], ["a"], [[0.1, 0.2]], [[[0.5]]], {}])
+def test_sweep_refuses_what_are_no_times(times):
+    with pytest.raises(pm.SpecError, match="^times: was "):
+        pm.sweep(wall_maneuver(), times=times)
+
+
+@pytest.mark.parametrize("changes", [{"duration": 1e50}, {"duration": 1e100}, {"duration": 1e-100}, {"mass": 1e-99}])
+def test_extreme_units_answer_or_say_unknown(changes):
+    far = wall_maneuver(**changes)
+    plan = pm.sweep(far, times=[0.5 * far.duration]).best
+    assert plan.status in ("solved", "unknown")
+    assert plan.lower_bound <= plan.peak
+
+
+def test_odd_keys_stay_on_one_line():
+    for key in ("a\nb", "x" * 100_000, "\x1b[31m"):
+        with pytest.raises(pm.SpecError) as error:
+            pm.Maneuver(
+                **{"start": pm.State(position=(0, 0)), "goal": pm.State(position=(0, 1)), "duration": 1.0, key: 1}
+            )
+        assert str(error.value).isprintable()
+        assert len(str(error.value)) < 300
+
+
+@pytest.mark.parametrize("value", ["no", 0, "1"])
+def test_switches_are_true_or_false(value):
+    with pytest.raises(pm.SpecError, match="^verified: was "):
+        pm.Bisection(verified=value)
+
+
+def test_a_plan_that_misses_is_never_called_solved(monkeypatch):
+    from peakmin import bracket
+
+    land = bracket.HoldProblem.land
+    monkeypatch.setattr(bracket.HoldProblem, "land", lambda self, control: land(self, control) * (1 + 1e-6))
+    plan = pm.sweep(wall_maneuver(), times=[0.5]).best
+    assert plan.status == "unknown"
+    assert plan.trajectory is None
