@@ -89,3 +89,7 @@ def __getattr__(name: str) -> Any:
 
         return getattr(program, name)
     raise AttributeError(f"module 'peakmin' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *globals()} - {"Any", "TYPE_CHECKING"})

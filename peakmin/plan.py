@@ -126,8 +126,8 @@ class Plan:
 
         return of(self)
 
-    def to_json(self, indent: int | None = None) -> str:
-        """The plan as one JSON document."""
+    def to_json(self, *, indent: int | None = None) -> str:
+        """The plan as one JSON document (text; write it where you like)."""
         return json.dumps(self.document(), indent=indent, allow_nan=False)
 
     @classmethod
@@ -153,7 +153,7 @@ class Plan:
         )
 
     def to_csv(self) -> str:
-        """Rows t, x, y, vx, vy, ax, ay at the nodes [SI]; the last row repeats the last acceleration."""
+        """Text: rows t, x, y, vx, vy, ax, ay at the nodes [SI]; the last row repeats the last acceleration."""
         t, motion = self.times, self._motion()
         table = np.column_stack([t, motion.position(t), motion.velocity(t), motion.acceleration(t)])
         out = io.StringIO()

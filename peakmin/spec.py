@@ -26,7 +26,7 @@ class State(Model):
 
 
 class Wall(Model):
-    """A ray from `tip` [m] along `direction`; the path crosses its line on the free side of the tip.
+    """A ray from `tip` [m] along `direction`; the path crosses its line on the free side of the tip, at one instant.
 
     Args:
         tip: end of the ray, (d, h) of the paper.

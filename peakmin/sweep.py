@@ -63,7 +63,7 @@ class Sweep:
             "best": self.best.document(),
         }
 
-    def to_json(self, indent: int | None = None) -> str:
+    def to_json(self, *, indent: int | None = None) -> str:
         """The sweep as one JSON document."""
         return json.dumps(self.document(), indent=indent, allow_nan=False)
 

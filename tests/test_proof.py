@@ -18,9 +18,12 @@ from peakmin.paper import TWO_LINK
 from .conftest import wall_maneuver
 from .random_maneuvers import maneuver
 
-TWO_MINIMA = wall_maneuver(  # M(T_obs) has several local minima: found by a scan over random maneuvers
-    start=pm.State(position=(0, 0), velocity=(6, 0)),
-    goal=pm.State(position=(1, 0), velocity=(6, 0)),
+# Out and back past a point beside the way: on the way out or on the way back, the one the other backwards in time.
+TWO_MINIMA = wall_maneuver(
+    "touch",
+    start=pm.State(position=(0, 0), velocity=(2, 0)),
+    goal=pm.State(position=(0, 0), velocity=(-2, 0)),
+    obstacles=(pm.Wall(tip=(0.3, 0.1), contact="touch"),),
 )
 
 
@@ -32,7 +35,7 @@ def least(mass, t):
 def test_reference_values_are_certified(problem, at, value):
     plan = pm.solve(problem, pm.Settings(method=pm.Exact()))
     assert plan.scope == "all"
-    assert plan.obstacle_times[0] == pytest.approx(at, abs=1e-4)
+    assert plan.obstacle_times[0] == pytest.approx(at, abs=5e-4)  # M is flat there
     assert plan.peak == pytest.approx(value, abs=6e-7)
     assert 0 <= plan.gap <= 1e-6
     assert plan.made.nodes < 100
