@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -74,10 +75,15 @@ class HoldProblem:
     times: Array
     edges: Array
 
-    @property
+    @cached_property
     def rows(self) -> Array:
         """A, shape (2+q, steps)."""
         return hold_rows(self.edges, self.times)
+
+    @cached_property
+    def targets(self) -> Array:
+        """b, shape (2+q, 2), and what rounding may have done to it, stacked: (2, 2+q, 2)."""
+        return np.stack([self.mass.targets(self.times), self.mass.target_errors(self.times)])
 
     def land(self, control: Array) -> Array | None:
         """The control closest to the given one that satisfies the equations; None where none does."""
@@ -117,16 +123,16 @@ class HoldProblem:
         """Proved lower end and the admissible multipliers (2+q, 2) that prove it; both signs are tried."""
         if not np.all(np.isfinite(multipliers)):
             return 0.0, np.zeros_like(multipliers)
-        rows, b = self.rows, self.mass.targets(self.times)
-        error_b = self.mass.target_errors(self.times)
+        rows, (b, error_b) = self.rows, self.targets
         best, best_multipliers = 0.0, np.zeros_like(multipliers)
+        # both signs, as solvers differ in theirs; the wrong one proves nothing and costs nothing
         for signed in (multipliers, -multipliers):
             trial = self.mass.admissible(signed / (np.max(np.abs(signed)) or 1.0))
             size = np.abs(trial)
             work = np.sum(trial * b) - np.sum(size * (ROUNDING * np.abs(b) + error_b))
-            impulse = np.sum(self.circle.support(rows.T @ trial)) + ROUNDING * np.sum(np.abs(rows).T @ size)
             if work <= 0:
                 continue
+            impulse = np.sum(self.circle.support(rows.T @ trial)) + ROUNDING * np.sum(np.abs(rows).T @ size)
             bound = float(work / (impulse * (1 + ROUNDING)))
             if bound > best:
                 best, best_multipliers = bound, trial

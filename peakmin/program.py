@@ -43,6 +43,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         # A third of the time for the same brackets: what refinement would gain, landing gives anyway.
         "iterative_refinement_enable": False,
         "equilibrate_max_iter": 2,
+        "presolve_enable": False,
     },
     # for the few problems that need what was left out above
     "CLARABEL CAREFUL": {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9, "accept_unknown": True},
@@ -219,11 +220,15 @@ class DirectProgram(_Program):
     ) -> None:
         super().__init__(maneuver, circle, grid, count)
         self.kappa: Any = cp.Variable(name="kappa")
+        self._sized: tuple[bytes, float] | None = None
         self._build(cp.Maximize(self.kappa), self.kappa, self._size)
 
     def _size(self) -> float:
-        # an a-priori lower end of M keeps kappa near one wherever the obstacle times are
-        return 1.0 / (self.mass.floor(self._scaled_times()) or 1.0)
+        # about the size of M keeps kappa near one wherever the obstacle times are; cvxpy asks for it four times a solve
+        times = self._scaled_times()
+        if self._sized is None or self._sized[0] != times.tobytes():
+            self._sized = times.tobytes(), 1.0 / (self.mass.floor(times) or 1.0)
+        return self._sized[1]
 
     @property
     def M(self) -> float:
