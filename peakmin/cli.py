@@ -173,14 +173,17 @@ def _save(path: Path, thing: Plan | Sweep | ErrorBudget) -> None:
     import matplotlib.pyplot as plt
 
     from . import plots
+    from .plan import Plan
 
+    if isinstance(thing, Plan):
+        figure = plots.overview(thing)
+    else:
+        with plt.rc_context(plots.STYLE):
+            figure = plt.figure()
+            thing.plot(ax=figure.add_subplot())
     buffer = io.BytesIO()
-    with plt.rc_context(plots.STYLE):
-        ax = thing.plot()
-        figure = ax.get_figure(root=True)
-        assert figure is not None
-        figure.savefig(buffer, format="png", metadata={"Software": None})
-        plt.close(figure)
+    figure.savefig(buffer, format="png", metadata={"Software": None})
+    plt.close(figure)
     files.write(path, buffer.getvalue())
 
 

@@ -20,6 +20,7 @@ PLAIN = {  # pydantic's error types in the words of a spec file
     "tuple_type": "a list",
     "model_type": "an object",
     "model_attributes_type": "an object",
+    "too_long": "a list of two numbers",
 }
 
 
@@ -40,11 +41,11 @@ def _positive(value: float) -> float:
     return value
 
 
-_Finite = Annotated[float, BeforeValidator(_plain), Field(strict=True)]
+_Finite = Annotated[float, Field(strict=True), BeforeValidator(_plain)]
 Number = Annotated[_Finite, AfterValidator(_within)]
 Positive = Annotated[_Finite, AfterValidator(_positive)]
 Switch = Annotated[bool, Field(strict=True)]
-Count = Annotated[int, BeforeValidator(_plain), Field(strict=True, ge=1, le=1_000_000)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000), BeforeValidator(_plain)]
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
 
 
@@ -118,6 +119,8 @@ def one_line(error: ValidationError, data: Any) -> str:
     if first["type"] == "extra_forbidden":
         return f"{path}: was {_short(first['input'])}, must be left out (no such field)"
     if first["type"].startswith("union_tag"):
+        if first["type"] == "union_tag_not_found":
+            return f"{path}.kind: was missing, must be given"
         tags = first.get("ctx", {}).get("expected_tags", "")
         kind = first["input"].get("kind") if isinstance(first["input"], Mapping) else first["input"]
         return f"{path}.kind: was {_short(kind)}, must be one of {tags or 'the known kinds'}"

@@ -5,16 +5,19 @@ Every function takes `ax=` and returns the axes it drew on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from .arrays import Array
 from .circle import Polygon
+from .trajectory import HoldTrajectory
 
 if TYPE_CHECKING:
     from .budget import ErrorBudget
@@ -35,7 +38,7 @@ STYLE: Any = {  # matplotlib's rc parameters
     "figure.constrained_layout.use": True,
     "savefig.dpi": 150,
 }
-WALL: Any = {"color": "#555555", "linewidth": 4, "solid_capstyle": "butt", "zorder": 3}
+WALL: Any = {"color": "#555555", "linewidth": 4, "linestyle": "-", "solid_capstyle": "butt", "zorder": 3}
 
 
 def _axes(ax: Axes | None) -> Axes:
@@ -70,24 +73,43 @@ def circle_error(segments: ArrayLike = range(1, 11), ax: Axes | None = None) -> 
 def control(plan: Plan, axis: int = 0, ax: Axes | None = None, label: str | None = None) -> Axes:
     """One component of the acceleration over time (the paper's figures 5 and 8); axis 0 is x, 1 is y."""
     ax = _axes(ax)
-    t = plan.times
-    u = plan.acceleration(t[:-1])[:, axis]
-    ax.stairs(u, t, baseline=None, label=label, color=ax._get_lines.get_next_color(), linewidth=1.4)  # type: ignore[attr-defined]
+    _over_time(ax, plan, lambda u: u[..., axis], label)
     for at in plan.obstacle_times:
         ax.axvline(at, color="#999999", linewidth=0.8, linestyle=":")
     ax.set(xlabel="t [s]", ylabel=f"$u_{'xy'[axis]}$ [m/s²]")
     return ax
 
 
+def _over_time(ax: Axes, plan: Plan, of: Callable[[Array], Array], label: str | None) -> None:
+    """Something of the acceleration: steps for holds, a line for a continuous control."""
+    t, color = plan.times, ax._get_lines.get_next_color()  # type: ignore[attr-defined]
+    if isinstance(plan.trajectory, HoldTrajectory):
+        ax.stairs(of(plan.acceleration(t[:-1])), t, baseline=None, label=label, color=color, linewidth=1.4)
+    else:
+        t = np.linspace(0, plan.maneuver.duration, 1001)
+        ax.plot(t, of(plan.acceleration(t)), label=label, color=color, linestyle="-", linewidth=1.4)
+
+
+def overview(plan: Plan) -> Figure:
+    """The path beside |u| over time with the peak and its bound, on one figure."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(1, 2, figsize=(11, 4.5))
+        path(plan, ax=axes[0])
+        if plan.trajectory is not None:
+            control_size(plan, ax=axes[1])
+    return figure
+
+
 def control_size(plan: Plan, ax: Axes | None = None) -> Axes:
-    """|u| over time with the peak and the lower bound."""
+    """|u| and its components over time with the peak and the lower bound."""
     ax = _axes(ax)
-    t = plan.times
-    ax.stairs(np.hypot(*plan.acceleration(t[:-1]).T), t, baseline=None, color=BLUE, label="|u(t)|")
+    for axis in (0, 1):
+        _over_time(ax, plan, lambda u, i=axis: u[..., i], f"$u_{'xy'[axis]}$")  # type: ignore[misc]
+    _over_time(ax, plan, lambda u: np.hypot(u[..., 0], u[..., 1]), "|u(t)|")
     ax.axhline(plan.peak, color=BLACK, linewidth=0.9, label=f"peak {plan.peak:.6g}")
     ax.axhline(plan.lower_bound, color=ORANGE, linestyle="--", linewidth=1.2, label=f"bound {plan.lower_bound:.6g}")
-    ax.set(xlabel="t [s]", ylabel="|u| [m/s²]", ylim=(0, 1.15 * plan.peak or 1))
-    ax.legend(loc="lower center")
+    ax.set(xlabel="t [s]", ylabel="acceleration [m/s²]", ylim=(-1.15 * plan.peak or -1, 1.15 * plan.peak or 1))
+    ax.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3)
     return ax
 
 
@@ -115,7 +137,7 @@ def path(plan: Plan, ax: Axes | None = None) -> Axes:
     margin = 0.12 * room
     ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - 2 * margin, high[1] + margin))
     ax.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    ax.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
+    ax.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3)
     return ax
 
 
