@@ -32,6 +32,12 @@ class CostateTrajectory:
     start_position: Array
     start_velocity: Array
 
+    @classmethod
+    def holding(cls, nodes: Array, control: Array, velocity: Array) -> CostateTrajectory:
+        """A piecewise constant control (K, 2) as such a trajectory from the origin: p constant on each segment."""
+        none = np.zeros_like(control)
+        return cls(nodes, control, control, np.hypot(*control.T), none, none, np.zeros(2), velocity)
+
     def in_units(self, mass: PointMass) -> CostateTrajectory:
         """The scaled motion in SI units."""
         return CostateTrajectory(

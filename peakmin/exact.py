@@ -20,6 +20,7 @@ from .assemble import coasting, motion
 from .bracket import Bracket
 from .certify import lower_bound
 from .costate import CostateTrajectory
+from .grid import Aligned
 from .moments import PointMass, costate
 from .nodal import Nodal
 
@@ -117,17 +118,26 @@ def _join(one: Extremal, other: Extremal) -> Extremal:
     return replace(upper, lower=lower.lower, multipliers=lower.multipliers)
 
 
-def settled(mass: PointMass, times: Array, propose: Callable[[Array], Array | None]) -> Extremal:
+def settled(mass: PointMass, times: Array, propose: Callable[[Array], Bracket]) -> Extremal:
     """`extremal`, started again from a conic solver's multipliers where it does not settle by itself.
 
+    Where that does not settle either, the solver's own holds are taken if their peak is less.
+
     Args:
-        propose: gives multipliers (2+q, 2) at scaled times, or None.
+        propose: gives the bracket of a hold program on the aligned grid at scaled times.
     """
     best = extremal(mass, times)
     if best.gap <= SETTLED:
         return best
     proposed = propose(times)
-    return best if proposed is None else _join(best, extremal(mass, times, mass.admissible(proposed)))
+    if proposed.multipliers is not None:
+        best = _join(best, extremal(mass, times, mass.admissible(proposed.multipliers)))
+    if proposed.control is not None and proposed.upper < best.upper:
+        u = proposed.control
+        nodes = Aligned(steps=len(u)).edges(times)
+        held = CostateTrajectory.holding(nodes, u, mass.v0)
+        best = _join(best, replace(best, upper=held.peak(), motion=held))
+    return best
 
 
 def least_energy(nodal: Nodal) -> Array:

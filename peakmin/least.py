@@ -20,7 +20,7 @@ from .trajectory import HoldTrajectory, Trajectory
 if TYPE_CHECKING:
     from .program import DirectProgram, FeasibilityProgram
 
-COARSE = 25  # holds per segment of the program that proposes multipliers to the exact method
+COARSE = 100  # holds per segment of the program that proposes multipliers to the exact method
 
 
 class LeastPeak:
@@ -76,9 +76,9 @@ class LeastPeak:
         control = bracket.control * self.mass.unit
         return HoldTrajectory(nodes, control, np.array(start.position), np.array(start.velocity))
 
-    def _propose(self, times: Array) -> Array | None:
-        """Multipliers (2+q, 2) at scaled times from a conic program on a coarse aligned grid."""
+    def _propose(self, times: Array) -> Bracket:
+        """The bracket at scaled times of a conic program on a coarse aligned grid."""
         grid = Aligned(steps=COARSE * (1 + self.mass.walls))
         if self._direct is None:
             self._direct = self._programs.DirectProgram(self.maneuver, Disc(), grid, self.count)
-        return direct(self._direct, times * self.mass.time, self.settings).multipliers
+        return direct(self._direct, times * self.mass.time, self.settings)
