@@ -6,6 +6,7 @@
 The programs are loaded on first use: reading a spec does not wait for cvxpy.
 """
 
+from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
 from .bracket import Answer, Bracket, HoldProblem, Verdict
@@ -38,6 +39,8 @@ from .verify import Verification, verify
 
 if TYPE_CHECKING:
     from .program import DirectProgram, FeasibilityProgram
+
+__version__ = _version("peakmin")
 
 __all__ = [
     "Aligned",

@@ -48,7 +48,8 @@ def box_bound(mass: PointMass, low: Array, high: Array, multipliers: Array) -> f
         return 0.0
     bulge = np.sum(np.hypot(*trial[2:].T) * width**2) / 8
     area = (impulse(trial, corners) + bulge) * (1 + ROUNDING) + ROUNDING * np.sum(size)
-    return float(np.min(work / area)) * (1 - ROUNDING)
+    bound = float(np.min(work / area)) * (1 - ROUNDING)
+    return bound if np.isfinite(bound) else 0.0
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,13 @@ from .moments import PointMass
 from .spec import Maneuver
 from .trajectory import Trajectory
 
-CHECK = 1e-9  # largest error of a state or a crossing, in units of the maneuver's length (and length/duration)
+CHECK = 1e-9  # largest error of a state or a crossing, relative to the distances and speeds asked for there
 GRAIN = 1e-14  # of a coordinate or of what a velocity covers: its own rounding errors, which no plan can undo
 
 
 @dataclass(frozen=True)
 class Check:
-    """What a plan's control does; errors in units of the maneuver's length (and length/duration).
+    """What a plan's control does; errors relative to the size of what is asked (distances covered, speeds).
 
     goal : error of position and velocity at the end;  walls : distance off a wall's line, or short of its tip;
     peak : how far the control exceeds the stated peak, relative.
@@ -70,8 +70,13 @@ def check(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, peak: f
     position = float(np.max(np.abs(r[-1] - mass.pf * mass.length)))
     velocity = float(np.max(np.abs(v[-1] - maneuver.goal.velocity)))
     largest = max(motion.peak(), float(np.max(np.hypot(u[..., 0], u[..., 1]))))
+    # an error counts against the size of what is asked there, not of a wall far away
+    asked = float(max(np.max(np.abs(mass.pf)), np.max(v0), np.max(vf))) * mass.length or mass.length
+    there = np.maximum(asked, np.hypot(*r[np.searchsorted(cuts, obstacle_times)].T))
+    wall_errors = np.maximum(np.max(np.abs(off), axis=1, initial=0.0) - grain, 0.0) / there
+    fastest = float(np.max(np.abs(v))) or speed
     return Check(
-        goal=max(max(position - grain, 0.0) / mass.length, max(velocity - speed_grain, 0.0) / speed),
-        walls=max(float(np.max(np.abs(off), initial=0.0)) - grain, 0.0) / mass.length,
+        goal=max(max(position - grain, 0.0) / asked, max(velocity - speed_grain, 0.0) / fastest),
+        walls=float(np.max(wall_errors, initial=0.0)),
         peak=largest / peak - 1 if peak else largest,
     )

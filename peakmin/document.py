@@ -76,7 +76,7 @@ def listed_times(motion: Trajectory | None, duration: float) -> Array:
 
 def read(text: str | bytes) -> Plan:
     """The plan that a document states. Raises `SpecError` in one line when it is not one."""
-    data = load(text)
+    data = load(text, finite=True)
     try:
         return _plan(data)
     except SpecError:
@@ -105,8 +105,8 @@ def _plan(data: dict[str, Any]) -> Plan:
         data["status"],
         _motion(data, spec),
         _array(data["obstacle_times"], (mass.walls,)),
-        math.inf if data["peak"] is None else float(data["peak"]),
-        float(data["lower_bound"]),
+        math.inf if data["peak"] is None else _number(data["peak"]),
+        _number(data["lower_bound"]),
         Proof(data["scope"], leaves),
         _array(data["multipliers"], shape),
         Made(**data["made"]),
@@ -122,9 +122,17 @@ def _motion(data: dict[str, Any], spec: Spec) -> Trajectory | None:
         k = len(nodes) - 1
         shapes = {"size": (k,)}
         arrays = {name: _array(data["costate"][name], shapes.get(name, (k, 2))) for name in COSTATE_ARRAYS}
+        if np.any(arrays["size"] < 0):
+            raise ValueError("a size is below zero")
         return CostateTrajectory(nodes, **arrays, start_position=start[0], start_velocity=start[1])
     nodes = _array(data["times"])
     return HoldTrajectory(nodes, _array(data["acceleration"], (len(nodes) - 1, 2)), *start)
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+        raise ValueError(f"{value!r} is not a finite number from zero up")
+    return float(value)
 
 
 def _array(value: Any, shape: tuple[int, ...] | None = None) -> Array:
@@ -137,4 +145,7 @@ def _array(value: Any, shape: tuple[int, ...] | None = None) -> Array:
 
 
 def _times(value: Any, mass: PointMass) -> tuple[float, ...]:
-    return tuple(_array(value, (mass.walls,)).tolist())
+    times = _array(value, (mass.walls,))
+    if np.any(times < 0) or np.any(times > 1):
+        raise ValueError("a box of the proof reaches out of the duration")
+    return tuple(times.tolist())

@@ -82,10 +82,14 @@ class Model(BaseModel):
         return self.model_dump_json(indent=indent, exclude_none=True)
 
 
-def load(text: str | bytes) -> dict[str, Any]:
-    """One JSON object. Raises `SpecError` with one line for anything else, duplicate keys included."""
+def load(text: str | bytes, finite: bool = False) -> dict[str, Any]:
+    """One JSON object. Raises `SpecError` with one line for anything else, duplicate keys included.
+
+    Args:
+        finite: refuse NaN and infinities here; a spec's models name their field.
+    """
     try:
-        data = json.loads(text, object_pairs_hook=_unique)
+        data = json.loads(text, object_pairs_hook=_unique, parse_constant=_refuse if finite else None)
     except RecursionError:
         raise SpecError("the document: was nested too deeply, must be a JSON object") from None
     except (ValueError, UnicodeDecodeError) as error:
@@ -169,6 +173,10 @@ def _short(value: Any, length: int = 60) -> str:
         return f"a {type(value).__name__} of {len(value)}"
     text = repr(value).replace("\n", " ")
     return text if len(text) <= length else text[:length] + "..."
+
+
+def _refuse(constant: str) -> float:
+    raise ValueError(f"{constant} is no JSON number")
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

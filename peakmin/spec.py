@@ -15,6 +15,7 @@ from .grid import Aligned, Grid
 from .model import Count, Model, Positive, Switch, Vector
 
 MAX_SWEEP_POINTS = 100_000  # ordered obstacle times; above it a sweep would take days
+MOST_CERTIFIED = 8  # walls; a box of obstacle times has 2^q corners
 SOLVERS = {"disc": ("CLARABEL", "SCS"), "polygon": ("CLARABEL", "HIGHS", "OSQP", "SCS")}
 
 
@@ -207,6 +208,9 @@ class Spec(Model):
 
 def check(maneuver: Maneuver, settings: Settings) -> None:
     """Refuse settings that do not fit the maneuver. Raises `SpecError`."""
+    for name, given, kind in (("maneuver", maneuver, Maneuver), ("settings", settings, Settings)):
+        if not isinstance(given, kind):
+            raise SpecError(f"{name}: was a {type(given).__name__}, must be a peakmin.{kind.__name__}")
     walls, grid, search = len(maneuver.obstacles), settings.grid, settings.search
     if grid.steps < walls + 2:
         raise SpecError(f"settings.grid.steps: was {grid.steps}, must be at least {walls + 2} (walls + 2)")
@@ -220,6 +224,9 @@ def check(maneuver: Maneuver, settings: Settings) -> None:
         if start > stop:
             raise SpecError(f"settings.search.start: was {start}, must not be after stop, {stop}")
     if isinstance(search, GlobalSearch):
+        if walls > MOST_CERTIFIED:
+            most = f"at most {MOST_CERTIFIED} for a global search"
+            raise SpecError(f"maneuver.obstacles: was {walls} walls, must be {most}")
         return
     if walls > search.count:
         raise SpecError(f"settings.search.count: was {search.count}, must be at least the number of walls, {walls}")

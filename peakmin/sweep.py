@@ -94,6 +94,7 @@ def sweep(
     """
     began = time.perf_counter()
     settings = settings or Settings()
+    check(maneuver, settings)
     if not isinstance(settings.search, SweepSearch):
         settings = settings.model_copy(update={"search": SweepSearch()})
     check(maneuver, settings)

@@ -146,3 +146,15 @@ def test_a_plan_that_misses_is_never_called_solved(monkeypatch):
     plan = pm.sweep(wall_maneuver(), times=[0.5]).best
     assert plan.status == "unknown"
     assert plan.trajectory is None
+
+
+@pytest.mark.parametrize("wrong", ["my.json", {"duration": 1}, None, 3])
+def test_what_is_no_maneuver_is_refused_by_name(wrong):
+    for call in (
+        pm.solve,
+        pm.sweep,
+        lambda m: pm.solve(wall_maneuver(), m or 1),
+        lambda m: pm.sweep(wall_maneuver(), m or 1),
+    ):
+        with pytest.raises(pm.SpecError, match=r"^(maneuver|settings): was a \w+, must be a peakmin\."):
+            call(wrong)
