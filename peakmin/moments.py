@@ -123,7 +123,8 @@ class PointMass:
         """
         b, t = self.targets(times), np.asarray(times)
         needed = np.vstack([b[:2], self._blocked(b[2:])])
-        if np.all(np.abs(needed) <= self.target_errors(times)):
+        # by the larger error of the two axes: a wall's frame is turned against them
+        if np.all(np.abs(needed) <= np.max(self.target_errors(times), axis=1, keepdims=True)):
             return 0.0
         walls = np.hypot(*needed[2:].T) / (0.5 * t**2)
         back = np.hypot(*self._blocked(self._behind(t)).T) / (0.5 * (1 - t) ** 2)

@@ -55,9 +55,10 @@ def test_forged_documents_are_refused(written, lie):
         data.pop("costate", None)
     data["digest"] = digest(data)
     try:
-        assert not pm.verify(json.dumps(data)).passed
-    except pm.SpecError as error:
-        assert "\n" not in str(error)
+        passed = pm.verify(json.dumps(data)).passed
+    except pm.SpecError:
+        passed = False
+    assert not passed
 
 
 def test_a_negative_size_is_no_costate():

@@ -158,3 +158,16 @@ def test_what_is_no_maneuver_is_refused_by_name(wrong):
     ):
         with pytest.raises(pm.SpecError, match=r"^(maneuver|settings): was a \w+, must be a peakmin\."):
             call(wrong)
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.0, 2.5, 4.0])
+def test_a_wall_whose_line_runs_through_a_resting_start_needs_no_force(angle):
+    """Up to the rounding of its direction: the answer is zero, not 1e-8."""
+    c, s = math.cos(angle), math.sin(angle)
+    still = wall_maneuver(
+        start=pm.State(position=(-1, 0)),
+        goal=pm.State(position=(-1, 0)),
+        obstacles=(pm.Wall(tip=(-1 - 0.7 * c, -0.7 * s), direction=(-c, -s)),),
+    )
+    plan = pm.sweep(still, times=[0.5]).best
+    assert (plan.status, plan.peak, plan.lower_bound) == ("solved", 0.0, 0.0)
