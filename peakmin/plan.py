@@ -48,8 +48,9 @@ class Plan:
     """A maneuver's answer.
 
     status: "solved" (a checked control within `max_peak`), "infeasible" (proved: every control exceeds
-        `max_peak`) or "unknown" (nothing proved).
-    obstacle_times: [s], shape (q,). Empty when there is no trajectory.
+        `max_peak`) or "unknown" (neither proved: no
+        control was found, or the one found exceeds `max_peak`).
+    obstacle_times: [s], shape (q,).
     peak: bound on |acceleration| that the control keeps [m/s^2]; infinite when there is none.
     lower_bound: no control whatsoever has a smaller peak [m/s^2]; `scope` says over which obstacle times.
     proof: what proves it, and can be evaluated anew.

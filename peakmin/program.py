@@ -18,6 +18,7 @@ With kappa a parameter this is the paper's feasibility problem; with kappa a var
 from __future__ import annotations
 
 import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -61,7 +62,7 @@ class Count:
     solves: int = 0
 
 
-class _Program:
+class _Program(ABC):
     """What both programs share: v, the obstacle times, the compiled problem, the reading of answers."""
 
     def __init__(
@@ -183,8 +184,9 @@ class _Program:
             return Answer(status=f"failed: {error}")
         return Answer(self._control(), self.circle.costate(self._bound), str(problem.status))
 
+    @abstractmethod
     def _control(self) -> Array | None:
-        raise NotImplementedError
+        """The control that the last solve proposes [scaled], shape (steps, 2), or None."""
 
 
 class FeasibilityProgram(_Program):

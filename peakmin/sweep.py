@@ -94,8 +94,7 @@ def sweep(
     """
     began = time.perf_counter()
     settings = settings or Settings()
-    check(maneuver, settings)
-    if not isinstance(settings.search, SweepSearch):
+    if isinstance(settings, Settings) and not isinstance(settings.search, SweepSearch):
         settings = settings.model_copy(update={"search": SweepSearch()})
     check(maneuver, settings)
     walls = len(maneuver.obstacles)
