@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: paper test bench lint clean
+.PHONY: paper test proofs bench lint clean
 
 paper: .venv/installed
 	$(BIN)/peakmin paper --out out
@@ -14,6 +14,10 @@ lint: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# all 500 seeds where `make test` takes every tenth
+proofs: .venv/installed
+	PEAKMIN_SEEDS=all $(BIN)/pytest -n 2 -p no:benchmark tests/test_agreement.py tests/test_exact.py tests/test_proof.py
 
 bench: .venv/installed
 	$(BIN)/python benchmarks/table.py

@@ -46,3 +46,33 @@ def feasible(node, steps, dt, normals, inradius, wall, goal, peak):
     limits = np.full(steps * len(normals), peak * inradius)
     cost = np.zeros(dynamics.shape[1])
     return linprog(cost, circle, limits, equations, values, (None, None), method="highs").status == 0
+
+
+def ipopt(holds, start):
+    """The paper's problem as two phases of `holds` holds with the obstacle time free: a local minimum by IPOPT."""
+    import casadi as ca
+
+    problem = ca.Opti()
+    peak, split = problem.variable(), problem.variable()
+    controls = problem.variable(2, 2 * holds)
+    position, velocity = ca.DM([0, 0]), ca.DM([0, 0])
+    for k in range(2 * holds):
+        step = (split if k < holds else 1 - split) / holds
+        u = controls[:, k]
+        position, velocity = position + step * velocity + step**2 / 2 * u, velocity + step * u
+        problem.subject_to(ca.sumsqr(u) <= peak**2)
+        if k % holds == holds - 1:  # states where the phases meet, or the graph grows with the holds' square
+            place, speed = problem.variable(2), problem.variable(2)
+            problem.subject_to(place == position)
+            problem.subject_to(speed == velocity)
+            position, velocity = place, speed
+            problem.subject_to(position == ca.DM([0.5, 0.5] if k < holds else [1, 0]))
+    problem.subject_to(velocity == 0)
+    problem.subject_to(problem.bounded(0.01, split, 0.99))
+    problem.subject_to(peak >= 0)
+    problem.minimize(peak)
+    problem.set_initial(split, start)
+    problem.set_initial(peak, 15)
+    problem.set_initial(controls, 1)
+    problem.solver("ipopt", {"print_time": False}, {"print_level": 0, "sb": "yes"})
+    return float(problem.solve().value(peak))

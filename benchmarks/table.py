@@ -7,7 +7,8 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).parent
-FIRST = {"sweep": "linprog loop (peer)"}  # what the ratio is taken against; else the group's first row
+# what the ratio is taken against; else the group's first row
+FIRST = {"sweep": "linprog loop (peer)", "proof": "CasADi + IPOPT, local (peer)"}
 
 
 def main() -> int:

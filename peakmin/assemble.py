@@ -62,7 +62,8 @@ def motion(
     joined = _join([parts[a] for a in sorted(parts)])
     v, r = joined.node_states
     miss = max(float(np.max(np.abs(r[-1] - mass.pf))), float(np.max(np.abs(v[-1] - mass.vf))))
-    at = joined.position(nodal.kinks[1:-1]) - mass.tips
+    kinks = nodal.kinks[1:-1]
+    at = (joined.position(kinks) if np.any(quiet) else r[1:-1]) - mass.tips
     along = np.sum(at * mass.free, axis=1)
     off = at - np.where(mass.clear, np.maximum(along, 0), 0)[:, None] * mass.free
     miss = max(miss, float(np.max(np.abs(off), initial=0.0)))
@@ -92,7 +93,9 @@ def _speak(
         """The start velocity with which the next fixed point is met."""
         if a == 0:
             return mass.v0
-        j = next(j for j in range(a + 1, b + 1) if j == last or not idle[j - 1])
+        j = next((j for j in range(a + 1, b + 1) if j == last or not idle[j - 1]), None)
+        if j is None:
+            raise np.linalg.LinAlgError("nothing fixes the velocity of this stretch")
         miss = points[j] - trial.position(kinks[j])
         return np.asarray(trial.start_velocity + miss / (kinks[j] - kinks[a]))
 
@@ -113,7 +116,7 @@ def _speak(
     # what the hat functions of the kinks that p is not silent at still miss
     used = np.array([j for j in range(a, b + 1) if not (silent[j] and (j in (a, b)) and 0 < j < last)], dtype=int)
     speeds = np.vstack([mass.v0, np.diff(points, axis=0) / nodal.h[:, None], mass.vf])
-    missed = np.diff(speeds, axis=0)[used] - peak * nodal.gradient(p)[used]
+    missed = np.diff(speeds, axis=0)[used] - peak * nodal.derivatives(p)[1].reshape(-1, 2)[used]
     e = np.zeros_like(p)
     e[used] = np.linalg.solve(nodal.masses()[np.ix_(used, used)], missed)
     exact = run(plain.start_velocity, e[a:b], e[a + 1 : b + 1])

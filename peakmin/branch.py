@@ -6,6 +6,7 @@ import heapq
 import itertools
 import math
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,9 +18,13 @@ from .exact import Extremal, ascend, extremal, least_energy
 from .moments import PointMass, impulse
 from .nodal import Nodal
 from .progress import Progress
+from .saddle import saddle
 
 APART = 1e-9  # least distance of obstacle times from each other and the ends at which M* is evaluated
 WORTH_A_DESCENT = 1e-9  # relative improvement of the best peak after which local descent starts from there
+MOST_MOVES = 4  # optima looked at in one box
+EDGE = 0.1  # of a box: how far around a place its times are looked for, so as not to end on a side
+WORTH_A_MOVE = 1e-4  # relative improvement of a box's bound after which another one is
 
 
 @dataclass(frozen=True)
@@ -62,10 +67,9 @@ def certify(
     """
     began, q = time.perf_counter(), mass.walls
     at = inside(np.zeros(q), np.ones(q))
-    best = extremal(mass, at)
-    root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers)
-    best, at = descend(mass, best, at)
+    best, at = descend(mass, extremal(mass, at), at)
     serial = itertools.count()
+    root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers, tuple(at.tolist()))
     waiting = [(root.bound(mass), next(serial), root, best.multipliers)]
     nodes = 1
     while q and waiting[0][0] < (1 - gap) * best.upper and best.upper > 0:
@@ -75,26 +79,14 @@ def certify(
         for low, high in halves(leaf.low, leaf.high, optimal):
             if out_of_order(low, high):
                 continue
-            child = Leaf(low, high, leaf.multipliers)
             nodes += 1
-            centre = inside(np.array(child.low), np.array(child.high))
-            # cheap multipliers first: far from the optimum they are good enough
-            nodal = Nodal(mass, np.concatenate([[0.0], centre, [1.0]]))
-            single = max(mass.elementary(centre), key=lambda trial: lower_bound(mass, centre, trial))
-            optimal = nodal.multipliers(least_energy(nodal))
-            _, better = _better(mass, child, single)
-            score, better = _better(mass, better, optimal)
-            if score < (1 - gap) * best.upper:
-                optimal = ascend(mass, centre)
-                score, better = _better(mass, better, optimal)
-                if lower_bound(mass, centre, optimal) < best.upper * (1 - WORTH_A_DESCENT):
-                    found = extremal(mass, centre)
-                    optimal = found.multipliers
-                    score, better = _better(mass, better, optimal)
-                    if found.upper < best.upper * (1 - WORTH_A_DESCENT):
-                        best, at = descend(mass, found, centre)
+            search = _Box(mass, Leaf(low, high, leaf.multipliers, leaf.at))
+            enough = (1 - gap) * best.upper
+            for found, there in search.improve(enough):
+                if found.upper < best.upper * (1 - WORTH_A_DESCENT):
+                    best, at = descend(mass, found, there)
             # what holds for the parent's box holds for its half
-            heapq.heappush(waiting, (max(score, bound), next(serial), better, optimal))
+            heapq.heappush(waiting, (max(search.bound, bound), next(serial), search.leaf, search.optimal))
         if progress:
             progress(nodes, nodes + len(waiting))
     leaves = [leaf for _, _, leaf, _ in waiting]
@@ -103,11 +95,46 @@ def certify(
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
 
 
-def _better(mass: PointMass, leaf: Leaf, multipliers: Array) -> tuple[float, Leaf]:
-    """The bound of the leaf with its own or with the other multipliers, whichever proves more."""
-    other = Leaf(leaf.low, leaf.high, multipliers)
-    one, two = leaf.bound(mass), other.bound(mass)
-    return (two, other) if two > one else (one, leaf)
+class _Box:
+    """One box on its way to the best bound that is worth its time."""
+
+    def __init__(self, mass: PointMass, leaf: Leaf) -> None:
+        self.mass, self.leaf, self.bound = mass, leaf, leaf.bound(mass)
+        self.low, self.high = np.array(leaf.low), np.array(leaf.high)
+        self.optimal = leaf.multipliers
+
+    def improve(self, enough: float) -> Iterator[tuple[Extremal, Array]]:
+        """Try better and dearer multipliers until the bound is enough; yields the optima met on the way."""
+        mass, centre = self.mass, inside(self.low, self.high)
+        if self.bound >= enough:
+            return
+        # cheap multipliers first: far from the optimum they are good enough
+        nodal = Nodal(mass, np.concatenate([[0.0], centre, [1.0]]))
+        self._try(max(mass.elementary(centre), key=lambda trial: lower_bound(mass, centre, trial)), centre)
+        self._try(nodal.multipliers(least_energy(nodal)), centre)
+        if self.bound >= enough:
+            return
+        self._try(ascend(mass, centre), centre)
+        place = centre
+        for _ in range(MOST_MOVES):
+            if self.bound >= enough or lower_bound(mass, place, self.optimal) >= enough / (1 - WORTH_A_MOVE):
+                return
+            before, found = self.bound, extremal(mass, place)
+            yield found, place
+            self._try(found.multipliers, place)
+            # where these multipliers prove least, others may prove more
+            bound, place = saddle(mass, self.low, self.high, place, found.multipliers)
+            if bound < self.bound or bound <= before * (1 + WORTH_A_MOVE):
+                return
+            room = EDGE * (self.high - self.low)
+            place = inside(np.maximum(self.low, place - room), np.minimum(self.high, place + room))
+
+    def _try(self, multipliers: Array, at: Array) -> None:
+        self.optimal = multipliers
+        other = Leaf(self.leaf.low, self.leaf.high, multipliers, tuple(at.tolist()))
+        bound = other.bound(self.mass)
+        if bound > self.bound:
+            self.leaf, self.bound = other, bound
 
 
 Box = tuple[tuple[float, ...], tuple[float, ...]]

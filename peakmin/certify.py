@@ -21,6 +21,7 @@ import numpy as np
 
 from .arrays import Array
 from .moments import ROUNDING, PointMass, impulse
+from .saddle import saddle
 
 
 def lower_bound(mass: PointMass, times: Array, multipliers: Array) -> float:
@@ -54,15 +55,21 @@ def box_bound(mass: PointMass, low: Array, high: Array, multipliers: Array) -> f
 
 @dataclass(frozen=True)
 class Leaf:
-    """A box of obstacle times [scaled] and the multipliers that bound M on it: low, high (q,), (2+q, 2)."""
+    """A box of obstacle times [scaled] and the multipliers that bound M on it: low, high (q,), (2+q, 2).
+
+    at: the times for which the multipliers were found, (q,), in the box or not.
+    """
 
     low: tuple[float, ...]
     high: tuple[float, ...]
     multipliers: Array
+    at: tuple[float, ...]
 
     def bound(self, mass: PointMass) -> float:
-        """No control crosses the walls at times in this box with a smaller peak [scaled]."""
-        return box_bound(mass, np.array(self.low), np.array(self.high), self.multipliers)
+        """No control crosses the walls at ordered times in this box with a smaller peak [scaled]."""
+        low, high = np.array(self.low), np.array(self.high)
+        fixed = box_bound(mass, low, high, self.multipliers)
+        return max(fixed, saddle(mass, low, high, np.array(self.at), self.multipliers)[0])
 
 
 def out_of_order(low: Sequence[float], high: Sequence[float]) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -68,7 +69,7 @@ class CostateTrajectory:
         position = h * h * (size * (plain - weighted) + e0 / 3 + e1 / 6)
         return velocity, position
 
-    @property
+    @cached_property
     def node_states(self) -> tuple[Array, Array]:
         """Velocity and position at the nodes, shape (K+1, 2) each."""
         k = np.arange(len(self.size))

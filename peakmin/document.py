@@ -46,8 +46,7 @@ def of(plan: Plan) -> dict[str, Any]:
         "multipliers": plan.multipliers.tolist(),
         "sensitivities": {name: np.asarray(value).tolist() for name, value in vars(plan.sensitivities).items()},
         "proof": [
-            {"low": list(leaf.low), "high": list(leaf.high), "multipliers": leaf.multipliers.tolist()}
-            for leaf in plan.proof.leaves
+            {name: np.asarray(value).tolist() for name, value in vars(leaf).items()} for leaf in plan.proof.leaves
         ],
         "spec": json.loads(Spec(maneuver=plan.maneuver, settings=plan.settings).to_json()),
     }
@@ -94,7 +93,12 @@ def _plan(data: dict[str, Any]) -> Plan:
     mass = PointMass.of(spec.maneuver)
     shape = (2 + mass.walls, 2)
     leaves = tuple(
-        Leaf(_times(leaf["low"], mass), _times(leaf["high"], mass), _array(leaf["multipliers"], shape))
+        Leaf(
+            _times(leaf["low"], mass),
+            _times(leaf["high"], mass),
+            _array(leaf["multipliers"], shape),
+            _times(leaf["at"], mass),
+        )
         for leaf in data["proof"]
     )
     if data["scope"] not in ("all", "these") or data["status"] not in ("solved", "infeasible", "unknown"):

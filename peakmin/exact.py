@@ -168,60 +168,64 @@ def _newton(nodal: Nodal, p: Array, basis: Array, steps: int = NEWTON_STEPS) -> 
     """A minimiser of F over the span of the basis, from the projection of p; damped, never longer than a bound."""
     c = nodal.forces(np.zeros(nodal.mass.walls)).ravel()
     y = basis.T @ p.ravel()
-
-    def value(y: Array) -> float:
-        q = (basis @ y).reshape(p.shape)
-        return 0.5 * nodal.impulse(q) ** 2 - float(c @ q.ravel())
-
-    def slope(y: Array) -> tuple[Array, Array, float]:
-        q = (basis @ y).reshape(p.shape)
-        impulse, gradient = nodal.impulse(q), nodal.gradient(q).ravel()
-        return basis.T @ (impulse * gradient - c), gradient, impulse
-
-    work, impulse = float(c @ basis @ y), nodal.impulse((basis @ y).reshape(p.shape))
-    if work <= 0 or impulse == 0:
-        y = basis.T @ least_energy(nodal).ravel()
-        work, impulse = float(c @ basis @ y), nodal.impulse((basis @ y).reshape(p.shape))
-        if work <= 0 or impulse == 0:
-            return np.asarray((basis @ y).reshape(p.shape))
-    y = y * (work / impulse**2)  # the best multiple of the start
-    f = value(y)
-    g, gradient, impulse = slope(y)
-    best_y, best_g = y, float(np.linalg.norm(g))
-    damping = 0.0
+    here = _Point.of(nodal, basis, c, y)
+    if here.work <= 0 or here.impulse == 0:
+        here = _Point.of(nodal, basis, c, basis.T @ least_energy(nodal).ravel())
+        if here.work <= 0 or here.impulse == 0:
+            return np.asarray((basis @ here.y).reshape(p.shape))
+    # the best multiple of the start
+    here = _Point.of(nodal, basis, c, here.y * (here.work / here.impulse**2))
+    best, damping = here, 0.0
     history: list[tuple[float, float]] = []
     for _ in range(steps):
-        history.append((f, float(np.linalg.norm(g))))
+        history.append((here.f, here.size))
         if len(history) > PATIENCE:
             f_before, g_before = history[-1 - PATIENCE]
-            if f_before - f < 1e-3 * abs(f) and history[-1][1] > 0.5 * g_before:
+            if f_before - here.f < 1e-3 * abs(here.f) and here.size > 0.5 * g_before:
                 break  # at a kink of F, where no gradient vanishes
-        q = (basis @ y).reshape(p.shape)
-        hessian = basis.T @ (np.outer(gradient, gradient) + impulse * nodal.hessian(q)) @ basis
-        scale = np.trace(hessian) / len(y)
+        scale = np.trace(here.hessian) / len(y)
         for _ in range(40):
             try:
-                step = -np.linalg.solve(hessian + damping * scale * np.eye(len(y)), g)
+                step = -np.linalg.solve(here.hessian + damping * scale * np.eye(len(y)), here.g)
             except np.linalg.LinAlgError:
                 damping = max(10 * damping, 1e-12)
                 continue
-            trial = y + step
-            f_trial = value(trial)
-            g_trial, gradient_trial, impulse_trial = slope(trial)
+            trial = _Point.of(nodal, basis, c, here.y + step)
             # close to the optimum F stands still in its last digits while its gradient still falls
-            if f_trial < f or (f_trial <= f + 1e-13 * abs(f) and np.linalg.norm(g_trial) < np.linalg.norm(g)):
+            if trial.f < here.f or (trial.f <= here.f + 1e-13 * abs(here.f) and trial.size < here.size):
                 break
             damping = max(10 * damping, 1e-12)
         else:
             break
-        y, f, g, gradient, impulse = trial, f_trial, g_trial, gradient_trial, impulse_trial
+        here = trial
         damping = damping / 10 if damping > 1e-12 else 0.0
-        size = float(np.linalg.norm(g))
-        if size < best_g:
-            best_y, best_g = y, size
-        if size <= 1e-15 * np.linalg.norm(c):
+        if here.size < best.size:
+            best = here
+        if here.size <= 1e-15 * np.linalg.norm(c):
             break
-    return np.asarray((basis @ best_y).reshape(p.shape))
+    return np.asarray((basis @ best.y).reshape(p.shape))
+
+
+@dataclass(frozen=True)
+class _Point:
+    """F, its gradient g with its size, and its Hessian at P = basis y, with <P, c> and I."""
+
+    y: Array
+    work: float
+    impulse: float
+    f: float
+    g: Array
+    size: float
+    hessian: Array
+
+    @classmethod
+    def of(cls, nodal: Nodal, basis: Array, c: Array, y: Array) -> _Point:
+        p = basis @ y
+        impulse, gradient, hessian = nodal.derivatives(p.reshape(-1, 2))
+        work = float(c @ p)
+        g = basis.T @ (impulse * gradient - c)
+        curved = basis.T @ (np.outer(gradient, gradient) + impulse * hessian) @ basis
+        return cls(y, work, impulse, 0.5 * impulse**2 - work, g, math.sqrt(g @ g), curved)
 
 
 def assemble(nodal: Nodal, p: Array, silent: Mask, idle: Mask) -> tuple[Extremal, Array]:
@@ -229,7 +233,7 @@ def assemble(nodal: Nodal, p: Array, silent: Mask, idle: Mask) -> tuple[Extremal
     times, mass = nodal.kinks[1:-1], nodal.mass
     multipliers = nodal.multipliers(p)
     work = float(np.sum(p * nodal.forces(np.zeros(mass.walls))))
-    peak = max(work, 0.0) / (nodal.impulse(p) or 1.0)
+    peak = max(work, 0.0) / (nodal.derivatives(p)[0] or 1.0)
     try:
         made, beyond = motion(nodal, p, silent, peak, idle, lambda part, at: extremal(part, at).motion)
     except np.linalg.LinAlgError:

@@ -15,11 +15,12 @@ wall's multiplier is the jump of p's slope, l_j = (P_{j+1} - P_j)/h_{j+1} - (P_j
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from .arrays import Array, Mask
-from .integrals import mean_curvature, mean_direction, mean_norm
+from .integrals import derivatives
 from .moments import PointMass
 
 
@@ -30,7 +31,7 @@ class Nodal:
     mass: PointMass
     kinks: Array
 
-    @property
+    @cached_property
     def h(self) -> Array:
         return np.diff(self.kinks)
 
@@ -46,29 +47,17 @@ class Nodal:
         slopes = np.diff(p, axis=0) / self.h[:, None]
         return np.vstack([-slopes[-1:], p[-1:], np.diff(slopes, axis=0)])
 
-    def impulse(self, p: Array) -> float:
-        return float(self.h @ mean_norm(p[:-1], p[1:]))
-
-    def gradient(self, p: Array) -> Array:
-        """dI/dP, shape (n, 2)."""
-        plain, weighted = mean_direction(p[:-1], p[1:])
-        out = np.zeros_like(p)
-        out[:-1] += self.h[:, None] * (plain - weighted)
-        out[1:] += self.h[:, None] * weighted
-        return out
-
-    def hessian(self, p: Array) -> Array:
-        """d2I/dP2, shape (2n, 2n)."""
+    def derivatives(self, p: Array) -> tuple[float, Array, Array]:
+        """I, dI/dP (2n,) and d2I/dP2 (2n, 2n)."""
         n = len(p)
-        k = mean_curvature(p[:-1], p[1:]) * self.h[:, None, None, None]
-        out = np.zeros((n, 2, n, 2))
-        for j in range(n - 1):
-            zeroth, first, second = k[j]
-            out[j, :, j] += zeroth - 2 * first + second
-            out[j, :, j + 1] += first - second
-            out[j + 1, :, j] += first - second
-            out[j + 1, :, j + 1] += second
-        return out.reshape(2 * n, 2 * n)
+        impulse, gradient, hessian = 0.0, np.zeros(2 * n), np.zeros((2 * n, 2 * n))
+        values = p.tolist()
+        for j, h in enumerate(self.h.tolist()):
+            norm, slope, curvature = derivatives(values[j], values[j + 1])
+            impulse += h * norm
+            gradient[2 * j : 2 * j + 4] += h * np.array(slope)
+            hessian[2 * j : 2 * j + 4, 2 * j : 2 * j + 4] += h * np.array(curvature)
+        return impulse, gradient, hessian
 
     def masses(self) -> Array:
         """int phi_i phi_j dt of the hat functions, shape (n, n)."""

@@ -183,7 +183,7 @@ def from_bracket(
     multipliers = np.zeros((2 + mass.walls, 2)) if bracket.multipliers is None else bracket.multipliers
     if proof is None:
         place = tuple(times.tolist())
-        proof = Proof("these" if mass.walls else "all", (Leaf(place, place, multipliers),))
+        proof = Proof("these" if mass.walls else "all", (Leaf(place, place, multipliers, place),))
     bound = proof.bound(mass, times) * mass.unit
     seconds, peak, limit = times * mass.time, math.inf, maneuver.max_peak
     if motion is not None:

@@ -6,7 +6,7 @@ import pytest
 import peakmin as pm
 from peakmin.costate import CostateTrajectory
 from peakmin.exact import extremal
-from peakmin.integrals import mean_curvature, mean_direction, mean_norm
+from peakmin.integrals import derivatives, mean_direction, mean_norm
 from peakmin.least import LeastPeak
 from peakmin.moments import PointMass
 from peakmin.paper import TWO_LINK
@@ -37,10 +37,14 @@ def test_integrals_along_a_piece(seed):
     plain, weighted = mean_direction(p0, p1)
     np.testing.assert_allclose(plain, np.einsum("pg,pgi->i", w, unit), atol=1e-13)
     np.testing.assert_allclose(weighted, np.einsum("pg,pgi->i", w * x, unit), atol=1e-13)
+    norm, gradient, hessian = derivatives(p0.tolist(), p1.tolist())
+    assert norm == pytest.approx(np.sum(w * r), rel=1e-13)
+    shares = np.stack([1 - x, x])
+    np.testing.assert_allclose(np.reshape(gradient, (2, 2)), np.einsum("pg,apg,pgi->ai", w, shares, unit), atol=1e-13)
     across = (np.eye(2) - unit[..., :, None] * unit[..., None, :]) / r[..., None, None]
-    for m, value in enumerate(mean_curvature(p0, p1)):
-        expected = np.einsum("pg,pgij->ij", w * x**m, across)
-        np.testing.assert_allclose(value, expected, rtol=1e-6, atol=1e-9 * np.max(np.abs(expected)))
+    expected = np.einsum("pg,apg,bpg,pgij->aibj", w, shares, shares, across)
+    scale = np.max(np.abs(expected))
+    np.testing.assert_allclose(np.reshape(hessian, (2, 2, 2, 2)), expected, rtol=1e-6, atol=1e-9 * scale)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,160 @@
+"""A lower bound for a box of obstacle times that loses nothing where the walls push, however wide the box is.
+
+Keep the values P_j of p at the kinks T_0 = 0 < T_1 < ... < T_q < T_{q+1} = 1 while the kinks move. With
+h_j = T_j - T_{j-1} and r_j the positions there, integration by parts gives for every control
+
+    int p . u dt = P_{q+1} . v_f - P_0 . v_0 + sum_j a_j / h_j =: N(T),     a_j = -(P_j - P_{j-1}) . (r_j - r_{j-1})
+    int |p| dt   = sum_j m_j h_j,                                           m_j = the mean of |p| on segment j
+
+and hence M*(T) >= N(T) / sum_j m_j h_j, at clear walls as long as f_j . l_j >= 0, that is
+f_j . (P_{j+1} - P_j) h_j >= f_j . (P_j - P_{j-1}) h_{j+1}. All of it is separable in the h_j, and its denominator is
+affine: where every a_j >= 0 the bound is quasi-convex in T. Taken from the optimum at times that are optimal themselves
+it is then stationary there, and proves in one box that no other times are better.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .arrays import Array
+from .integrals import mean_norm
+from .moments import ROUNDING, PointMass, costate
+
+MOST_VERTICES = 2000  # of the ordered part of a box
+SWEEPS = 12  # over the times, towards the least value of the bound in the box
+HALVINGS = 40  # of the interval of one time
+FLAT = 1e-6  # of the largest |P|: change along a wall's free direction that is none
+SHORTEST = 1e-7  # of the duration: segment at which the bound's tangent is taken
+
+
+def saddle(mass: PointMass, low: Array, high: Array, at: Array, multipliers: Array) -> tuple[float, Array]:
+    """A lower bound and where it is about attained: times at which better multipliers can be looked for, shape (q,).
+
+    No control crosses the walls at ordered times in the box with a smaller peak [scaled]; zero where nothing is proved.
+
+    Args:
+        low, high: the box [scaled], shape (q,).
+        at: the times for which the multipliers were found, shape (q,).
+        multipliers: any L, shape (2+q, 2); its costate's values at the kinks of `at` are P.
+    """
+    trial = mass.admissible(multipliers / (np.max(np.abs(multipliers)) or 1.0))
+    push = np.any(trial[2:] != 0, axis=1)  # a wall without multiplier is none, whenever it is crossed
+    place = np.clip(at, low, high)
+    trial, low, high, at = trial[np.r_[True, True, push]], low[push], high[push], at[push]
+    mass = replace(mass, tips=mass.tips[push], free=mass.free[push], clear=mass.clear[push])
+    h = segments(vertices(low, high))
+    p = _pushing(mass, costate(trial, at)[1], h) if len(h) and np.any(trial) else None
+    if p is None:
+        return 0.0, place
+    r = np.vstack([np.zeros(2), mass.tips, mass.pf])
+    dp, dr = np.diff(p, axis=0), np.diff(r, axis=0)
+    # p may be another by a rounding error of its own size, see _pushing
+    grain = ROUNDING * np.sum((np.abs(p[1:]) + np.abs(p[:-1])) * (np.abs(r[1:]) + np.abs(r[:-1])), axis=1)
+    a = -np.sum(dp * dr, axis=1) - grain
+    c = p[-1] @ mass.vf - p[0] @ mass.v0 - ROUNDING * (np.abs(p[-1]) @ np.abs(mass.vf) + np.abs(p[0]) @ np.abs(mass.v0))
+    m = mean_norm(p[:-1], p[1:])
+    least, most = np.min(h, axis=0), np.max(h, axis=0)
+    concave = a < 0
+    if np.any(concave & (least <= 0)):
+        return 0.0, place
+    # a/h from below by lines in h: its chord where it is concave
+    convex, slope, level = np.maximum(a, 0.0), np.zeros_like(a), c
+    slope[concave] = -a[concave] / (least[concave] * most[concave])
+    level = c + np.sum(a[concave] * (1 / least[concave] + 1 / most[concave]))
+    best = 0.0
+    start = place[push]
+    place[push] = _lowest(convex, slope, level, m, low, high, start)
+    for lowest in (start, place[push]):
+        # ... and its tangent where it is convex
+        there = np.maximum(segments(lowest), SHORTEST)
+        steep = slope - convex / there**2
+        height = level + 2 * np.sum(convex / there)
+        work = height + h @ steep - ROUNDING * (np.abs(c) + np.abs(level) + np.abs(height) + h @ np.abs(steep))
+        area = (h @ m) * (1 + ROUNDING) + ROUNDING * np.max(m)
+        if np.all(work > 0):
+            best = max(best, float(np.min(work / area)) * (1 - ROUNDING))
+    return best if np.isfinite(best) else 0.0, place
+
+
+def segments(times: Array) -> Array:
+    """h_j, shape (..., q+1), of times (..., q)."""
+    ends = np.zeros((*times.shape[:-1], 1))
+    return np.diff(np.concatenate([ends, times, ends + 1], axis=-1), axis=-1)
+
+
+def vertices(low: Array, high: Array) -> Array:
+    """Points of the box in order, every vertex of its ordered part among them, shape (K, q); none if too many.
+
+    At a vertex each time is at an end of its own interval or equal to a neighbour that is.
+    """
+    places = np.unique(np.concatenate([low, high]))
+    points = np.zeros((1, 0))
+    for a, b in zip(low, high, strict=True):
+        own = places[(places >= a) & (places <= b)]
+        points = np.hstack([np.repeat(points, len(own), axis=0), np.tile(own, len(points))[:, None]])
+        if points.shape[1] > 1:
+            points = points[points[:, -1] >= points[:, -2]]
+        if len(points) > MOST_VERTICES:
+            return np.zeros((0, len(low)))
+    return points
+
+
+def _pushing(mass: PointMass, p: Array, h: Array) -> Array | None:
+    """The values p, moved into the walls until every clear wall pushes at all h, (K, q+1); None where they do not.
+
+    Between walls with the same free direction along which p stands still, as above a table, it stands still exactly:
+    such walls are moved together, and f . (P_{j+1} - P_j) counts as zero, not as a rounding error.
+    """
+    p = p.copy()
+    size = float(np.max(np.abs(p), initial=0.0))
+    grain = ROUNDING * size
+    q, f = mass.walls, mass.free
+    flat = np.zeros(q + 1, dtype=bool)  # segments
+    for j in range(1, q):
+        same = mass.clear[j - 1] and mass.clear[j] and bool(np.all(f[j] == f[j - 1]))
+        if same and abs(step := f[j] @ (p[j + 1] - p[j])) <= FLAT * size:
+            p[j + 1] -= step * f[j]
+            flat[j] = True
+    for _ in range(2 + 2 * q):
+        moved = False
+        for j in np.flatnonzero(mass.clear).tolist():
+            before = 0.0 if flat[j] else f[j] @ (p[j + 1] - p[j]) + grain
+            after = 0.0 if flat[j + 1] else f[j] @ (p[j + 2] - p[j + 1]) - grain
+            span = h[:, j] + h[:, j + 1]
+            lacking = before * h[:, j + 1] - after * h[:, j]
+            short = float(np.max(lacking[span > 0] / span[span > 0], initial=0.0))
+            if short > 0:
+                first, last = j, j
+                while flat[first]:
+                    first -= 1
+                while flat[last + 1]:
+                    last += 1
+                p[first + 1 : last + 2] -= (short * (1 + 1e-9) + 4 * grain) * f[j]
+                moved = True
+        if not moved:
+            return p
+    return None
+
+
+def _lowest(convex: Array, slope: Array, level: float, m: Array, low: Array, high: Array, start: Array) -> Array:
+    """Times in the box where (level + sum convex/h + slope h) / (sum m h) is about least, one time after the other."""
+    t = [0.0, *start.tolist(), 1.0]
+    q = len(start)
+    for _ in range(SWEEPS if q > 1 else 3):
+        h = np.maximum(segments(np.array(t[1:-1])), SHORTEST)
+        value = (level + float(np.sum(convex / h + slope * h))) / float(m @ h)
+        line = slope - value * m
+        moved = 0.0
+        for i in range(q):
+            a, b = max(low[i], t[i]), min(high[i], t[i + 2])
+            left, right, tilt = convex[i], convex[i + 1], line[i] - line[i + 1]
+            for _ in range(HALVINGS):
+                x = 0.5 * (a + b)
+                gain = tilt - left / max(x - t[i], 1e-12) ** 2 + right / max(t[i + 2] - x, 1e-12) ** 2
+                a, b = (a, x) if gain > 0 else (x, b)
+            moved, t[i + 1] = max(moved, abs(t[i + 1] - 0.5 * (a + b))), 0.5 * (a + b)
+        if moved < 1e-10:
+            break
+    return np.array(t[1:-1])
