@@ -15,7 +15,9 @@ from .certify import Leaf, Proof
 from .check import Check
 from .circle import Disc, Polygon
 from .errors import NotDPPError, PeakminError, SpecError
+from .frame import Frame
 from .grid import Aligned, Uniform
+from .obstacles import Block, Wall
 from .plan import Made, Plan
 from .search import solve
 from .sensitivity import Sensitivities
@@ -31,7 +33,6 @@ from .spec import (
     Spec,
     State,
     SweepSearch,
-    Wall,
     schema,
 )
 from .sweep import Sweep, sweep
@@ -46,6 +47,7 @@ __all__ = [
     "Aligned",
     "Answer",
     "Bisection",
+    "Block",
     "Bracket",
     "Check",
     "Direct",
@@ -54,6 +56,7 @@ __all__ = [
     "ErrorBudget",
     "Exact",
     "FeasibilityProgram",
+    "Frame",
     "GlobalSearch",
     "HoldProblem",
     "Leaf",

@@ -143,6 +143,7 @@ def _stretch(
         tips=mass.tips[inner] - points[0],
         free=mass.free[inner],
         clear=mass.clear[inner],
+        width=mass.width[inner],
     )
     own = fill(part, (kinks[1:-1] - kinks[0]) / span)
     scale = 1 / span**2

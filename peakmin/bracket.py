@@ -123,11 +123,12 @@ class HoldProblem:
         """Proved lower end and the admissible multipliers (2+q, 2) that prove it; both signs are tried."""
         if not np.all(np.isfinite(multipliers)):
             return 0.0, np.zeros_like(multipliers)
-        rows, (b, error_b) = self.rows, self.targets
+        rows, (_, error_b) = self.rows, self.targets
         best, best_multipliers = 0.0, np.zeros_like(multipliers)
         # both signs, as solvers differ in theirs; the wrong one proves nothing and costs nothing
         for signed in (multipliers, -multipliers):
-            trial = self.mass.admissible(signed / (np.max(np.abs(signed)) or 1.0))
+            mass = self.mass.facing_for(signed)
+            trial, b = mass.admissible(signed / (np.max(np.abs(signed)) or 1.0)), mass.targets(self.times)
             size = np.abs(trial)
             work = np.sum(trial * b) - np.sum(size * (ROUNDING * np.abs(b) + error_b))
             if work <= 0:

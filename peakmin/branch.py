@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import LinearConstraint, minimize
 
-from .arrays import Array
+from .arrays import Array, Mask
 from .certify import Leaf, lower_bound, out_of_order
 from .exact import Extremal, ascend, extremal, least_energy
 from .moments import PointMass, impulse
@@ -23,6 +23,8 @@ from .saddle import saddle
 APART = 1e-9  # least distance of obstacle times from each other and the ends at which M* is evaluated
 WORTH_A_DESCENT = 1e-9  # relative improvement of the best peak after which local descent starts from there
 MOST_MOVES = 4  # optima looked at in one box
+IDLE = 1e-4  # of the largest multiplier: below it a wall is tried without
+ROOM = 1e-3  # least distance of the times that a search starts from
 EDGE = 0.1  # of a box: how far around a place its times are looked for, so as not to end on a side
 WORTH_A_MOVE = 1e-4  # relative improvement of a box's bound after which another one is
 
@@ -55,6 +57,7 @@ def certify(
     node_limit: int = 100_000,
     time_limit: float = math.inf,
     progress: Progress | None = None,
+    start: Array | None = None,
 ) -> Certificate:
     """The least peak over all obstacle times to a relative gap, with its proof.
 
@@ -64,12 +67,20 @@ def certify(
         node_limit: boxes to look at.
         time_limit: seconds.
         progress: called with (nodes done, nodes done and waiting).
+        start: times near the best ones, shape (q,); default evenly spread.
     """
     began, q = time.perf_counter(), mass.walls
-    at = inside(np.zeros(q), np.ones(q))
+    at = inside(np.zeros(q), np.ones(q)) if start is None else apart(start)
     best, at = descend(mass, extremal(mass, at), at)
     serial = itertools.count()
     root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers, tuple(at.tolist()))
+    size = np.hypot(*best.multipliers.T)
+    push = size[2:] > IDLE * np.max(size, initial=0.0)
+    if 0 < best.upper < math.inf and not np.all(push) and root.bound(mass) < (1 - gap) * best.upper:
+        few = certify(mass.only(push), gap / 2, node_limit, time_limit, progress, at[push])
+        if few.lower >= (1 - gap) * best.upper:
+            leaves = [_past_idle(leaf, push, at) for leaf in few.leaves]
+            return Certificate(leaves, min(few.lower, best.upper), best, at, few.nodes, True)
     waiting = [(root.bound(mass), next(serial), root, best.multipliers)]
     nodes = 1
     while q and waiting[0][0] < (1 - gap) * best.upper and best.upper > 0:
@@ -93,6 +104,18 @@ def certify(
     lower = min(leaf.bound(mass) for leaf in leaves)
     complete = best.upper == 0 or lower >= (1 - gap) * best.upper
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
+
+
+def _past_idle(leaf: Leaf, push: Mask, at: Array) -> Leaf:
+    """A leaf without the idle walls as one with them: zero multipliers, and any time at which their lines are crossed.
+
+    A path that a wall does not touch does not depend on when it crosses the wall's line, and neither does its bound.
+    """
+    low, high, place = np.zeros(len(push)), np.ones(len(push)), at.copy()
+    low[push], high[push], place[push] = leaf.low, leaf.high, leaf.at
+    multipliers = np.zeros((2 + len(push), 2))
+    multipliers[np.r_[True, True, push]] = leaf.multipliers
+    return Leaf(tuple(low.tolist()), tuple(high.tolist()), multipliers, tuple(place.tolist()))
 
 
 class _Box:
@@ -164,6 +187,12 @@ def inside(low: Array, high: Array) -> Array:
             lowest, highest = floors[same[0]], ceilings[same[-1]]
             times[same] = lowest + (highest - lowest) * np.arange(1, len(same) + 1) / (len(same) + 1)
     return np.asarray(times)
+
+
+def apart(times: Array) -> Array:
+    """The times in order, moved from each other and the ends by at least ROOM, shape (q,)."""
+    steps = np.maximum(np.diff(np.concatenate([[0.0], times, [1.0]])), ROOM)
+    return np.asarray(np.cumsum(steps)[:-1] / np.sum(steps))
 
 
 def slopes(mass: PointMass, times: Array, found: Extremal) -> Array:

@@ -11,7 +11,7 @@ from .circle import Disc
 from .least import LeastPeak
 from .plan import Plan, peak_of
 from .search import solve
-from .spec import Bisection, Direct, Exact, GlobalSearch, Maneuver, Settings
+from .spec import Bisection, Direct, Exact, GlobalSearch, Maneuver, Settings, walls_only
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,6 +80,7 @@ def error_budget(
         SpecError: when the settings do not fit the maneuver.
     """
     settings = settings or Settings()
+    walls_only(maneuver, "an error budget")
     plan = plan or solve(maneuver, settings)
     times = plan.obstacle_times
 

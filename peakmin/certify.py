@@ -37,6 +37,7 @@ def lower_bound(mass: PointMass, times: Array, multipliers: Array) -> float:
 
 def box_bound(mass: PointMass, low: Array, high: Array, multipliers: Array) -> float:
     """The bound above for low <= T <= high [scaled], shape (q,) each; zero where it proves nothing."""
+    mass = mass.facing_for(multipliers)
     trial = mass.admissible(multipliers / (np.max(np.abs(multipliers)) or 1.0))
     width = np.asarray(high) - np.asarray(low)
     ends = [(a,) if a == b else (a, b) for a, b in zip(low, high, strict=True)]

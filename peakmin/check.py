@@ -66,7 +66,7 @@ def check(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, peak: f
     speed_grain = GRAIN * float(max(np.max(v0), np.max(vf))) * speed
     miss = r[np.searchsorted(cuts, obstacle_times)] - mass.tips * mass.length
     along = np.sum(miss * mass.free, axis=1)
-    off = miss - np.where(mass.clear, np.maximum(along, 0.0), 0.0)[:, None] * mass.free
+    off = miss - np.where(mass.clear, np.clip(along, 0.0, mass.width * mass.length), 0.0)[:, None] * mass.free
     position = float(np.max(np.abs(r[-1] - mass.pf * mass.length)))
     velocity = float(np.max(np.abs(v[-1] - maneuver.goal.velocity)))
     largest = max(motion.peak(), float(np.max(np.hypot(u[..., 0], u[..., 1]))))

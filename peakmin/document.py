@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .arrays import Array
+from .cells import Cells
 from .certify import Leaf, Proof
 from .costate import CostateTrajectory
 from .errors import SpecError
 from .model import load
 from .moments import PointMass
+from .obstacles import Wall
 from .spec import Spec
 from .trajectory import HoldTrajectory, Trajectory
+from .ways import Branch, WaysProof
 
 if TYPE_CHECKING:
     from .plan import Plan
@@ -39,23 +42,41 @@ def of(plan: Plan) -> dict[str, Any]:
         "scope": plan.scope,
         "peak_force": plan.peak_force if math.isfinite(plan.peak) else None,
         "obstacle_times": plan.obstacle_times.tolist(),
+        "clearance": plan.clearance if math.isfinite(plan.clearance) else None,
         "times": t.tolist(),
         "position": motion.position(t).tolist() if motion else [],
         "velocity": motion.velocity(t).tolist() if motion else [],
         "acceleration": motion.acceleration(acceleration).tolist() if motion else [],
         "multipliers": plan.multipliers.tolist(),
         "sensitivities": {name: np.asarray(value).tolist() for name, value in vars(plan.sensitivities).items()},
-        "proof": [
-            {name: np.asarray(value).tolist() for name, value in vars(leaf).items()} for leaf in plan.proof.leaves
-        ],
+        "proof": _proof(plan.proof),
         "spec": json.loads(Spec(maneuver=plan.maneuver, settings=plan.settings).to_json()),
     }
+    if plan.maneuver.blocks:
+        data["walls"] = [json.loads(wall.to_json()) for wall in plan.walls]
     if isinstance(motion, CostateTrajectory):
         data["costate"] = {"nodes": motion.nodes.tolist()}
         data["costate"] |= {name: getattr(motion, name).tolist() for name in COSTATE_ARRAYS}
     data["digest"] = digest(data)
     data["made"] = dict(vars(plan.made))
     return data
+
+
+def _proof(proof: Proof | WaysProof) -> list[dict[str, Any]]:
+    if isinstance(proof, WaysProof):
+        return [
+            {
+                "way": [list(gaps) for gaps in branch.way],
+                "lines": list(branch.lines),
+                "leaves": _leaves(branch.leaves),
+            }
+            for branch in proof.branches
+        ]
+    return _leaves(proof.leaves)
+
+
+def _leaves(leaves: tuple[Leaf, ...]) -> list[dict[str, Any]]:
+    return [{name: np.asarray(value).tolist() for name, value in vars(leaf).items()} for leaf in leaves]
 
 
 def digest(data: dict[str, Any]) -> str:
@@ -90,30 +111,57 @@ def _plan(data: dict[str, Any]) -> Plan:
     if data.get("version") != 1:
         raise SpecError(f"version: was {data.get('version')!r}, must be 1")
     spec = Spec(**data["spec"])
-    mass = PointMass.of(spec.maneuver)
-    shape = (2 + mass.walls, 2)
-    leaves = tuple(
-        Leaf(
-            _times(leaf["low"], mass),
-            _times(leaf["high"], mass),
-            _array(leaf["multipliers"], shape),
-            _times(leaf["at"], mass),
-        )
-        for leaf in data["proof"]
-    )
+    walls = tuple(Wall(**wall) for wall in data["walls"]) if spec.maneuver.blocks else spec.maneuver.walls
+    mass = PointMass.of(spec.maneuver.past(walls))
     if data["scope"] not in ("all", "these") or data["status"] not in ("solved", "infeasible", "unknown"):
         raise ValueError("unknown scope or status")
+    proof: Proof | WaysProof
+    if spec.maneuver.blocks:
+        if data["scope"] != "all":
+            raise ValueError("the proof past blocks is of all times")
+        proof = WaysProof(tuple(_branch(branch, Cells(spec.maneuver)) for branch in data["proof"]))
+    else:
+        proof = Proof(data["scope"], _leaves_of(data["proof"], mass.walls))
     return Plan(
         spec.maneuver,
         spec.settings,
         data["status"],
         _motion(data, spec),
+        walls,
         _array(data["obstacle_times"], (mass.walls,)),
+        math.inf if data["clearance"] is None else float(_array(data["clearance"], ())),
         math.inf if data["peak"] is None else _number(data["peak"]),
         _number(data["lower_bound"]),
-        Proof(data["scope"], leaves),
-        _array(data["multipliers"], shape),
+        proof,
+        _array(data["multipliers"], (2 + mass.walls, 2)),
         Made(**data["made"]),
+    )
+
+
+def _branch(data: dict[str, Any], cells: Cells) -> Branch:
+    way = tuple(tuple(gaps) for gaps in data["way"])
+    if len(way) != len(cells.gaps) or any(
+        isinstance(g, bool) or not isinstance(g, int) or not 0 <= g < len(there)
+        for gaps, there in zip(way, cells.gaps, strict=True)
+        for g in gaps
+    ):
+        raise ValueError("a way of the proof is not through these blocks")
+    lines = tuple(_array(data["lines"]).tolist())
+    if any(not 0 < x < cells.length for x in lines):
+        raise ValueError("a line of the proof is not between start and goal")
+    kept = cells.through(way)
+    return Branch(way, lines, _leaves_of(data["leaves"], 0 if kept is None else len(cells.marks(kept, lines))))
+
+
+def _leaves_of(data: Any, walls: int) -> tuple[Leaf, ...]:
+    return tuple(
+        Leaf(
+            _times(leaf["low"], walls),
+            _times(leaf["high"], walls),
+            _array(leaf["multipliers"], (2 + walls, 2)),
+            _times(leaf["at"], walls),
+        )
+        for leaf in data
     )
 
 
@@ -148,8 +196,8 @@ def _array(value: Any, shape: tuple[int, ...] | None = None) -> Array:
     return array
 
 
-def _times(value: Any, mass: PointMass) -> tuple[float, ...]:
-    times = _array(value, (mass.walls,))
+def _times(value: Any, walls: int) -> tuple[float, ...]:
+    times = _array(value, (walls,))
     if np.any(times < 0) or np.any(times > 1):
         raise ValueError("a box of the proof reaches out of the duration")
     return tuple(times.tolist())

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .arrays import Array, Mask
-from .assemble import coasting, motion
+from .assemble import LANDED, coasting, motion
 from .bracket import Bracket
 from .certify import lower_bound
 from .costate import CostateTrajectory
@@ -66,6 +66,8 @@ def extremal(mass: PointMass, times: Array, start: Array | None = None) -> Extre
         times: strictly increasing in (0, 1), shape (q,).
         start: multipliers (2+q, 2) to start from; default those of the control of least energy.
     """
+    if np.any(np.isfinite(mass.width)):
+        return _through(mass, times, start)
     nodal = Nodal(mass, np.concatenate([[0.0], times, [1.0]]))
     n = len(nodal.kinks)
     if mass.floor(times) == 0:
@@ -76,6 +78,35 @@ def extremal(mass: PointMass, times: Array, start: Array | None = None) -> Extre
         # one equation may decide alone, with p silent wherever it does not look
         single = max(mass.elementary(times), key=lambda multipliers: lower_bound(mass, times, multipliers))
         best = _join(best, _from(nodal, costate(single, times)[1]))
+    return best
+
+
+def _through(mass: PointMass, times: Array, start: Array | None) -> Extremal:
+    """`extremal` through openings: each is one of its two walls, and which one the path past the others shows."""
+    narrow = np.isfinite(mass.width)
+    far = np.zeros(mass.walls, dtype=bool)
+    if start is not None:
+        far = (np.sum(mass.free * start[2:], axis=1) < 0) & narrow
+    best: Extremal | None = None
+    tried: set[bytes] = set()
+    while far.tobytes() not in tried:
+        tried.add(far.tobytes())
+        found = extremal(mass.facing(far), times, start)
+        at = np.sum(mass.free * (found.motion.position(times) - mass.tips), axis=1)
+        over, under = (at > mass.width + LANDED) & narrow, (at < -LANDED) & narrow
+        free = not np.any(over | under)
+        found = found if free else replace(found, upper=math.inf)
+        best = found if best is None else _join(best, found)
+        if free:
+            return best
+        far = (far & ~under) | over
+    assert best is not None
+    # walls that play against each other: the tips that were missed, touched
+    missed = replace(mass.facing(over), clear=mass.clear & ~(over | under))
+    touched = extremal(missed, times)
+    at = np.sum(mass.free * (touched.motion.position(times) - mass.tips), axis=1)
+    if not np.any(narrow & ((at > mass.width + LANDED) | (at < -LANDED))):
+        best = _join(best, replace(touched, lower=0.0))
     return best
 
 

@@ -16,12 +16,13 @@ are admissible when f_i . l_i >= 0 for every clear wall.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Array
+from .arrays import Array, Mask
 from .integrals import mean_norm
 from .spec import Maneuver
 
@@ -33,7 +34,8 @@ class PointMass:
     """A maneuver in scaled units, origin at the start.
 
     length [m], time [s] : the units;  v0, pf, vf (2,), tips (q, 2) : the states and walls;
-    free (q, 2) : unit free directions f_i;  clear (q,) : which walls may be passed beyond the tip.
+    free (q, 2) : unit free directions f_i;  clear (q,) : which walls may be passed beyond the tip;  width (q,) : up to
+    which s_i, infinite but for openings.
     """
 
     length: float
@@ -45,6 +47,7 @@ class PointMass:
     tips: Array
     free: Array
     clear: Array
+    width: Array
 
     @classmethod
     def of(cls, maneuver: Maneuver) -> PointMass:
@@ -53,7 +56,7 @@ class PointMass:
         origin = np.array(maneuver.start.position)
         v0, vf = np.array(maneuver.start.velocity) * time, np.array(maneuver.goal.velocity) * time
         pf = np.array(maneuver.goal.position) - origin
-        walls = maneuver.obstacles
+        walls = maneuver.walls
         tips = np.array([w.tip for w in walls]).reshape(-1, 2) - origin
         free = -np.array([w.direction for w in walls]).reshape(-1, 2)
         sizes = [pf - v0, vf - v0, *tips, *(tips - v0)]
@@ -70,7 +73,33 @@ class PointMass:
             tips=tips / length,
             free=free / np.hypot(free[:, :1], free[:, 1:]),
             clear=np.array([w.contact == "clear" for w in walls], dtype=bool),
+            width=np.array([math.inf if w.opening is None else w.opening / length for w in walls], dtype=float),
         )
+
+    def facing(self, far: Mask) -> PointMass:
+        """Every opening seen as one wall alone: as the one at its far end where `far`, shape (q,), is set.
+
+        Both are weaker than the opening; at given times the least peak is that of one of them.
+        """
+        if not np.any(np.isfinite(self.width)):
+            return self
+        flip = (far & np.isfinite(self.width))[:, None]
+        across = np.where(flip, np.where(np.isfinite(self.width), self.width, 0.0)[:, None] * self.free, 0.0)
+        return replace(
+            self,
+            tips=self.tips + across,
+            free=np.where(flip, -self.free, self.free),
+            width=np.full(self.walls, math.inf),
+        )
+
+    def only(self, walls: Mask) -> PointMass:
+        """The same maneuver past some of its walls, a mask (q,): no control is lost."""
+        own = {name: getattr(self, name)[walls] for name in ("tips", "free", "clear", "width")}
+        return replace(self, **own)
+
+    def facing_for(self, multipliers: Array) -> PointMass:
+        """The openings' walls that the multipliers L, shape (2+q, 2), push against."""
+        return self.facing(np.sum(self.free * multipliers[2:], axis=1) < 0)
 
     @property
     def walls(self) -> int:
@@ -113,7 +142,8 @@ class PointMass:
     def reached(self, times: Array, moments: Array) -> Array:
         """The targets closest to the given moments, s_i >= 0 chosen for clear walls; shape (2+q, 2)."""
         b = self.targets(times)
-        beyond = np.maximum(np.sum(self.free * (moments[2:] - b[2:]), axis=1), 0.0) * self.clear
+        along = np.sum(self.free * (moments[2:] - b[2:]), axis=1)
+        beyond = np.minimum(np.maximum(along, 0.0), self.width) * self.clear
         b[2:] += beyond[:, None] * self.free
         return b
 

@@ -19,9 +19,10 @@ from . import files
 from .arrays import Array
 from .circle import Disc, Polygon
 from .grid import Uniform
+from .obstacles import Wall
 from .plan import Plan
 from .progress import Progress
-from .spec import Bisection, Maneuver, Settings, State, SweepSearch, Wall
+from .spec import Bisection, Maneuver, Settings, State, SweepSearch
 from .sweep import Sweep, sweep
 
 STEP = 1 / 200  # [s] between the paper's nodes

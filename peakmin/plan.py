@@ -18,10 +18,13 @@ from .bracket import Bracket
 from .certify import Leaf, Proof
 from .check import Check, check
 from .circle import Disc, Polygon
+from .keeping import Keeping, keeping
 from .moments import PointMass
+from .obstacles import Wall
 from .sensitivity import Sensitivities, sensitivities
 from .spec import Maneuver, Settings
 from .trajectory import Trajectory
+from .ways import WaysProof
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,10 +50,12 @@ class Made:
 class Plan:
     """A maneuver's answer.
 
-    status: "solved" (a checked control within `max_peak`), "infeasible" (proved: every control exceeds
-        `max_peak`) or "unknown" (neither proved: no
-        control was found, or the one found exceeds `max_peak`).
+    status: "solved" (a checked control within `max_peak` whose path is free), "infeasible" (proved: every control
+        exceeds `max_peak`) or "unknown" (neither proved: no control was found, or the one found exceeds `max_peak`
+        or does not keep what was asked).
+    walls: the q walls whose lines are crossed at the obstacle times; past blocks those that the search put up.
     obstacle_times: [s], shape (q,).
+    clearance: distance of the path from all obstacles [m], at every instant; negative where it enters one.
     peak: bound on |acceleration| that the control keeps [m/s^2]; infinite when there is none.
     lower_bound: no control whatsoever has a smaller peak [m/s^2]; `scope` says over which obstacle times.
     proof: what proves it, and can be evaluated anew.
@@ -61,10 +66,12 @@ class Plan:
     settings: Settings
     status: Status
     trajectory: Trajectory | None
+    walls: tuple[Wall, ...]
     obstacle_times: Array
+    clearance: float
     peak: float
     lower_bound: float
-    proof: Proof
+    proof: Proof | WaysProof
     multipliers: Array
     made: Made
 
@@ -113,7 +120,16 @@ class Plan:
 
     def check(self) -> Check:
         """Propagate the control anew, hold by hold, and compare with everything the plan states."""
-        return check(self.maneuver, self._motion(), self.obstacle_times, self.peak)
+        return check(self.crossing, self._motion(), self.obstacle_times, self.peak)
+
+    @property
+    def crossing(self) -> Maneuver:
+        """The maneuver past the plan's walls alone: what its obstacle times belong to."""
+        return self.maneuver.past(self.walls)
+
+    def keeping(self) -> Keeping:
+        """Distances from obstacles and region and the speed, computed anew between the nodes too."""
+        return keeping(self.maneuver, self._motion())
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Path with walls and crossing points; see `peakmin.plots` for more."""
@@ -145,7 +161,7 @@ class Plan:
     @property
     def sensitivities(self) -> Sensitivities:
         """Derivatives of the least peak at the plan's obstacle times, from the multipliers."""
-        return sensitivities(self.maneuver, self.obstacle_times, self.multipliers)
+        return sensitivities(self.crossing, self.obstacle_times, self.multipliers)
 
     def __repr__(self) -> str:
         times = ", ".join(f"{t:.6g}" for t in self.obstacle_times)
@@ -170,30 +186,45 @@ def from_bracket(
     times: Array,
     bracket: Bracket,
     motion: Trajectory | None,
-    proof: Proof | None,
+    proof: Proof | WaysProof | None,
     made: Made,
+    walls: tuple[Wall, ...] | None = None,
 ) -> Plan:
-    """The plan of a bracket [scaled] at placed obstacle times [scaled]: solved only if it passes its own check.
+    """The plan of a bracket [scaled] at placed obstacle times [scaled]: solved only if it passes its own checks.
 
     Args:
         motion: what attains the upper end, in SI units; None where nothing does.
         proof: of all obstacle times; without it the bracket's multipliers prove a bound at these.
+        walls: whose lines are crossed at the times; default the maneuver's.
     """
-    mass = PointMass.of(maneuver)
+    walls = maneuver.walls if walls is None else walls
+    crossing = maneuver.past(walls)
+    mass = PointMass.of(crossing)
     multipliers = np.zeros((2 + mass.walls, 2)) if bracket.multipliers is None else bracket.multipliers
     if proof is None:
         place = tuple(times.tolist())
         proof = Proof("these" if mass.walls else "all", (Leaf(place, place, multipliers, place),))
-    bound = proof.bound(mass, times) * mass.unit
-    seconds, peak, limit = times * mass.time, math.inf, maneuver.max_peak
+    bound = proved(maneuver, walls, proof, times)
+    seconds, peak, limit, kept, distance = times * mass.time, math.inf, maneuver.max_peak, False, math.inf
     if motion is not None:
         peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
-        if not check(maneuver, motion, seconds, peak).passed:
+        if not check(crossing, motion, seconds, peak).passed:
             motion, peak = None, math.inf
-    status: Status = "solved" if motion is not None and peak <= (limit or math.inf) else "unknown"
+    if motion is not None:
+        keeps = keeping(maneuver, motion)
+        kept, distance = keeps.passed(maneuver), keeps.clearance
+    status: Status = "solved" if kept and peak <= (limit or math.inf) else "unknown"
     if limit is not None and bound > limit and proof.scope == "all":
         status = "infeasible"
-    return Plan(maneuver, settings, status, motion, seconds, peak, bound, proof, multipliers, made)
+    return Plan(maneuver, settings, status, motion, walls, seconds, distance, peak, bound, proof, multipliers, made)
+
+
+def proved(maneuver: Maneuver, walls: tuple[Wall, ...], proof: Proof | WaysProof, times: Array) -> float:
+    """The lower bound [m/s^2] that a proof gives, evaluated anew, for a plan past these walls at scaled times (q,)."""
+    if isinstance(proof, WaysProof):
+        return proof.bound(maneuver)
+    mass = PointMass.of(maneuver.past(walls))
+    return proof.bound(mass, times) * mass.unit
 
 
 def peak_of(bracket: Bracket, circle: Disc | Polygon) -> float:

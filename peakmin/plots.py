@@ -122,11 +122,11 @@ def path(plan: Plan, ax: Axes | None = None) -> Axes:
         track = plan.position(np.linspace(0, maneuver.duration, 600))
         ax.plot(*track.T, color=BLUE, linestyle="-", label="path of the centre of mass")
         points += list(track)
-    tips = [np.array(w.tip) for w in maneuver.obstacles]
+    tips = [np.array(w.tip) for w in plan.walls]
     cloud = np.array([*points, *tips])
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     room = max(float(np.max(high - low)), 1e-12)
-    for i, wall in enumerate(maneuver.obstacles):
+    for i, wall in enumerate(plan.walls):
         direction = np.array(wall.direction) / np.hypot(*wall.direction)
         ray = np.array([tips[i], tips[i] + room * direction])
         ax.plot(*ray.T, label="wall" if i == 0 else None, **WALL)

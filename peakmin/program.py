@@ -96,12 +96,12 @@ class _Program(ABC):
             return None if value is None else self.mass.targets(self._scaled_times()) * value
 
         aligned = isinstance(self.grid, Aligned)
-        moments = self._segments(kappa, targets) if aligned else self._rows(kappa, targets)
+        moments = self._segments(kappa, size, targets) if aligned else self._rows(kappa, size, targets)
         self.problem = cp.Problem(objective, self._bound + moments)
         if not self.problem.is_dcp(dpp=True):
             raise NotDPPError(f"{type(self).__name__} on {self.circle} and {self.grid} is not DPP")
 
-    def _rows(self, kappa: Any, targets: Callable[[], Array | None]) -> list[Any]:
+    def _rows(self, kappa: Any, size: Callable[[], float | None], targets: Callable[[], Array | None]) -> list[Any]:
         q, edges = self.mass.walls, self.grid.edges(np.zeros(0))
 
         def norms() -> Array:  # rows of length one, or first-order solvers stall
@@ -119,22 +119,37 @@ class _Program(ABC):
         ends = (fixed / np.linalg.norm(fixed, axis=1, keepdims=True)) @ self.v == kappa * b[:2]
         if not q:
             return [ends]
-        beyond, slack = self._beyond()
+        beyond, slack = self._beyond(kappa, size, lambda: 1 / norms()[2:, 0])
         walls = cp.CallbackParam(walls_rows, (q, self.grid.steps)) @ self.v == kappa * b[2:] + beyond
         return [ends, walls, *slack]
 
-    def _beyond(self) -> tuple[Any, list[Any]]:
-        """s_i f_i of the clear walls, shape (q, 2), with s_i >= 0."""
+    def _beyond(
+        self, kappa: Any, size: Callable[[], float | None], per_row: Callable[[], Array]
+    ) -> tuple[Any, list[Any]]:
+        """s_i f_i of the clear walls, shape (q, 2), with 0 <= s_i <= kappa * size() * width_i per row."""
         if not np.any(self.mass.clear):
             return np.zeros((self.mass.walls, 2)), []
         s = cp.Variable(int(np.sum(self.mass.clear)), name="s")
         select = np.eye(self.mass.walls)[:, self.mass.clear]
-        return cp.multiply(select @ cp.reshape(s, (s.size, 1), order="C") @ np.ones((1, 2)), self.mass.free), [s >= 0]
+        slack = [s >= 0]
+        narrow = np.flatnonzero(np.isfinite(self.mass.width[self.mass.clear]))
+        if len(narrow):
 
-    def _segments(self, kappa: Any, targets: Callable[[], Array | None]) -> list[Any]:
+            def widths() -> Array | None:
+                value = size()
+                return (
+                    None
+                    if value is None
+                    else np.asarray((self.mass.width * per_row())[self.mass.clear][narrow] * value)
+                )
+
+            slack.append(s[narrow] <= kappa * cp.CallbackParam(widths, (len(narrow),)))
+        return cp.multiply(select @ cp.reshape(s, (s.size, 1), order="C") @ np.ones((1, 2)), self.mass.free), slack
+
+    def _segments(self, kappa: Any, size: Callable[[], float | None], targets: Callable[[], Array | None]) -> list[Any]:
         # in the frame that moves with the start's velocity: there a wall point is its target, whatever the speeds
         q, mass = self.mass.walls, self.mass
-        beyond, constraints = self._beyond()
+        beyond, constraints = self._beyond(kappa, size, lambda: np.ones(q))
         b = cp.CallbackParam(targets, (2 + q, 2))
         points = [np.zeros(2), *(kappa * b[2 + i] + beyond[i] for i in range(q)), kappa * b[0]]
         speeds = [np.zeros(2), *(cp.Variable(2) for _ in range(q)), kappa * b[1]]

@@ -14,11 +14,9 @@ it is then stationary there, and proves in one box that no other times are bette
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from .arrays import Array
+from .arrays import Array, Mask
 from .integrals import mean_norm
 from .moments import ROUNDING, PointMass, costate
 
@@ -39,11 +37,12 @@ def saddle(mass: PointMass, low: Array, high: Array, at: Array, multipliers: Arr
         at: the times for which the multipliers were found, shape (q,).
         multipliers: any L, shape (2+q, 2); its costate's values at the kinks of `at` are P.
     """
+    mass = mass.facing_for(multipliers)
     trial = mass.admissible(multipliers / (np.max(np.abs(multipliers)) or 1.0))
     push = np.any(trial[2:] != 0, axis=1)  # a wall without multiplier is none, whenever it is crossed
     place = np.clip(at, low, high)
     trial, low, high, at = trial[np.r_[True, True, push]], low[push], high[push], at[push]
-    mass = replace(mass, tips=mass.tips[push], free=mass.free[push], clear=mass.clear[push])
+    mass = mass.only(push)
     h = segments(vertices(low, high))
     p = _pushing(mass, costate(trial, at)[1], h) if len(h) and np.any(trial) else None
     if p is None:
@@ -113,8 +112,7 @@ def _pushing(mass: PointMass, p: Array, h: Array) -> Array | None:
     q, f = mass.walls, mass.free
     flat = np.zeros(q + 1, dtype=bool)  # segments
     for j in range(1, q):
-        same = mass.clear[j - 1] and mass.clear[j] and bool(np.all(f[j] == f[j - 1]))
-        if same and abs(step := f[j] @ (p[j + 1] - p[j])) <= FLAT * size:
+        if _alike(mass, j - 1, j) and abs(step := f[j] @ (p[j + 1] - p[j])) <= FLAT * size:
             p[j + 1] -= step * f[j]
             flat[j] = True
     for _ in range(2 + 2 * q):
@@ -125,17 +123,38 @@ def _pushing(mass: PointMass, p: Array, h: Array) -> Array | None:
             span = h[:, j] + h[:, j + 1]
             lacking = before * h[:, j + 1] - after * h[:, j]
             short = float(np.max(lacking[span > 0] / span[span > 0], initial=0.0))
-            if short > 0:
-                first, last = j, j
-                while flat[first]:
-                    first -= 1
-                while flat[last + 1]:
-                    last += 1
+            if short <= 0:
+                continue
+            moved = True
+            if after < 0 and j + 1 < q and _alike(mass, j, j + 1):
+                flat[j + 1] = True  # rather than past the next wall's
+            elif before > 0 and j > 0 and _alike(mass, j - 1, j):
+                flat[j] = True
+            else:
+                first, last = _flat_around(flat, j)
                 p[first + 1 : last + 2] -= (short * (1 + 1e-9) + 4 * grain) * f[j]
-                moved = True
+                continue
+            first, last = _flat_around(flat, j)
+            level = p[first + 1 : last + 2] @ f[j]
+            p[first + 1 : last + 2] += (np.min(level) - level)[:, None] * f[j]
         if not moved:
             return p
     return None
+
+
+def _alike(mass: PointMass, i: int, j: int) -> bool:
+    """Whether two walls are clear and have the same free direction."""
+    return bool(mass.clear[i] and mass.clear[j] and np.all(mass.free[i] == mass.free[j]))
+
+
+def _flat_around(flat: Mask, j: int) -> tuple[int, int]:
+    """The first and the last wall that p stands still from and to, wall j among them."""
+    first, last = j, j
+    while flat[first]:
+        first -= 1
+    while flat[last + 1]:
+        last += 1
+    return first, last
 
 
 def _lowest(convex: Array, slope: Array, level: float, m: Array, low: Array, high: Array, start: Array) -> Array:

@@ -11,13 +11,16 @@ import numpy as np
 
 from .arrays import Array
 from .branch import certify
+from .cells import Cells
 from .certify import Proof
 from .circle import Disc, Polygon
+from .errors import SpecError
 from .grid import Uniform
 from .least import LeastPeak
 from .moments import PointMass
 from .plan import Plan, peak_of
 from .progress import Progress
+from .scene import FIRST_LIFT, LIFTS, Search
 from .spec import (
     SOLVERS,
     Direct,
@@ -29,6 +32,7 @@ from .spec import (
     check,
 )
 from .sweep import plan_at, sweep
+from .ways import WaysProof
 
 FINEST = 1e-4  # of the duration: `refine` stops here (an aligned M(T_obs) is flat to 1e-8 around its minimum)
 NEARBY = 1 / 64  # of the duration: where a polygon's or a uniform grid's best times are looked for
@@ -47,6 +51,8 @@ def solve(maneuver: Maneuver, settings: Settings | None = None, progress: Progre
     """
     settings = settings or Settings()
     check(maneuver, settings)
+    if maneuver.blocks:
+        return _past_blocks(maneuver, settings, progress)
     if isinstance(settings.search, GlobalSearch):
         return _global(maneuver, settings, progress)
     if isinstance(settings.search, RefineSearch):
@@ -71,11 +77,45 @@ def _global(maneuver: Maneuver, settings: Settings, progress: Progress | None) -
     return plan_at(least, times, began, nodes=found.nodes, proof=proof)
 
 
+def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | None) -> Plan:
+    """The search over the ways in continuous time, then the settings' own control past the walls that it put up.
+
+    A held control bends a little otherwise than the one that was proved free: its walls are raised until it is free.
+    """
+    began = time.perf_counter()
+    assert isinstance(settings.search, GlobalSearch)
+    cells = Cells(maneuver)
+    if cells.ways is None:
+        raise SpecError(
+            "maneuver.obstacles: was closed on the sides asked for, must leave a way between start and goal"
+        )
+    found = Search(cells, settings.search.gap).run(
+        cells.ways, settings.rounds, settings.time_limit or math.inf, progress
+    )
+    free, proof = found.best or found.nearest, WaysProof(found.branches)
+    lift, past = free.lift, free.past
+    for _ in range(LIFTS):
+        least = LeastPeak(past, settings)
+        plan = plan_at(least, free.times * maneuver.duration, began, nodes=found.nodes, proof=proof, of=maneuver)
+        if plan.trajectory is None or found.best is None:
+            break
+        kept = plan.keeping()
+        short = -min(kept.walls, kept.blocks)
+        if not short > 0:
+            break
+        lift += max(1.3 * short, FIRST_LIFT * cells.size)
+        raised = cells.maneuver_past(free.way, free.lines, lift)
+        if raised is None or not raised.walls:
+            break
+        past = raised
+    return plan
+
+
 def _refine(maneuver: Maneuver, settings: Settings, progress: Progress | None) -> Plan:
     """A sweep with n = 1 over the whole duration (the paper's good initial guess), then closer with the real circle."""
     began = time.perf_counter()
     assert isinstance(settings.search, RefineSearch)
-    walls, count = len(maneuver.obstacles), settings.search.count
+    walls, count = len(maneuver.walls), settings.search.count
     least = LeastPeak(maneuver, settings)
     if not walls:
         return plan_at(least, np.zeros(0), began)

@@ -35,7 +35,7 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
     dM/dtip_i = l_i/I, dM/dpf = l_pos/I, dM/dvf = l_vel/I, dM/dp0 = -(l_pos + sum l_i)/I, dM/dv0 = -p(0)/I,
     dM/dT_i = -l_i . r'(T_i)/I, dM/dT = -(l_pos . vf + M |l_vel|)/I.
     """
-    mass = PointMass.of(maneuver)
+    mass = PointMass.of(maneuver).facing_for(multipliers)
     times = obstacle_times / mass.time
     trial = mass.admissible(multipliers)
     area = float(impulse(trial, times))

@@ -29,7 +29,7 @@ from .exact import extremal
 from .moments import ROUNDING, PointMass, impulse
 from .plan import Plan
 from .search import solve
-from .spec import Exact, GlobalSearch, Maneuver, Settings
+from .spec import Exact, GlobalSearch, Maneuver, Settings, walls_only
 
 CLIMBS = 60  # steps of D -> 1/z; they converge quadratically
 START = 1e-6  # of the maneuver's own duration: where the climb begins where speeds do not say
@@ -78,7 +78,10 @@ def shortest(maneuver: Maneuver, peak: float, gap: float = 1e-6, node_limit: int
     """
     if isinstance(peak, bool) or not isinstance(peak, int | float) or not 0 < peak < math.inf:
         raise SpecError(f"peak: was {peak!r}, must be a finite number above zero")
-    q = len(maneuver.obstacles)
+    walls_only(maneuver, "the least duration")
+    if any(wall.opening is not None for wall in maneuver.walls):
+        raise SpecError("maneuver.obstacles: was a wall with an opening, must be without one for the least duration")
+    q = len(maneuver.walls)
     units = PointMass.of(maneuver)
     if not np.any(units.pf) and not np.any(units.vf - units.v0) and not q:
         raise SpecError("maneuver.goal: was the start, must differ from it (no time is needed)")

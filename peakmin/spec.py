@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -12,7 +12,8 @@ from pydantic import AfterValidator, Field, model_validator
 from .circle import Circle, Disc
 from .errors import SpecError
 from .grid import Aligned, Grid
-from .model import Count, Model, Positive, Switch, Vector
+from .model import Count, Model, Number, Positive, Switch, Vector
+from .obstacles import Block, Obstacle, Region, Wall, covers
 
 MAX_SWEEP_POINTS = 100_000  # ordered obstacle times; above it a sweep would take days
 MOST_CERTIFIED = 8  # walls; a box of obstacle times has 2^q corners
@@ -26,27 +27,6 @@ class State(Model):
     velocity: Vector = (0.0, 0.0)
 
 
-class Wall(Model):
-    """A ray from `tip` [m] along `direction`; the path crosses its line on the free side of the tip, at one instant.
-
-    Args:
-        tip: end of the ray, (d, h) of the paper.
-        direction: from the tip into the wall, any length but zero; the paper's wall hangs down, (0, -1).
-        contact: "touch" crosses the line at the tip (the paper), "clear" at the tip or beyond it.
-    """
-
-    kind: Literal["wall"] = "wall"
-    tip: Vector
-    direction: Vector = (0.0, -1.0)
-    contact: Literal["touch", "clear"] = "clear"
-
-    @model_validator(mode="after")
-    def _has_a_direction(self) -> Wall:
-        if math.hypot(*self.direction) < 1e-150:
-            raise ValueError(f".direction: was {list(self.direction)}, must not be zero")
-        return self
-
-
 class Maneuver(Model):
     """From start to goal in the given time, past the walls in the order listed.
 
@@ -54,7 +34,10 @@ class Maneuver(Model):
         start, goal: states of the centre of mass.
         duration: T [s].
         mass: m [kg]; the peak base reaction force is mass times the peak acceleration.
-        obstacles: q walls, crossed in the order listed at times 0 < T_1 < ... < T_q < T.
+        obstacles: walls, crossed in the order listed at times 0 < T_1 < ... < T_q < T, and blocks.
+        margin: distance [m] to be kept from every block.
+        region: convex polygon [m] that the path stays in, corners (n, 2) in order.
+        max_speed: bound on |velocity| [m/s], at every instant.
         max_peak: optional bound on the peak [m/s^2]; where the proved least peak is above it, the answer is
             "infeasible".
     """
@@ -63,25 +46,68 @@ class Maneuver(Model):
     goal: State
     duration: Positive
     mass: Positive = 1.0
-    obstacles: tuple[Wall, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
+    margin: Annotated[Number, Field(ge=0)] = 0.0
+    region: Region | None = None
+    max_speed: Positive | None = None
     max_peak: Positive | None = None
+
+    @property
+    def walls(self) -> tuple[Wall, ...]:
+        """The walls among the obstacles, in order."""
+        return tuple(o for o in self.obstacles if isinstance(o, Wall))
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """The blocks among the obstacles, in order."""
+        return tuple(o for o in self.obstacles if isinstance(o, Block))
+
+    def past(self, walls: Iterable[Wall]) -> Maneuver:
+        """The same maneuver with these walls for all its obstacles, and without bounds on the path."""
+        none = {"margin": 0.0, "region": None, "max_speed": None}
+        return self.model_copy(update={"obstacles": tuple(walls), **none})
+
+    @property
+    def simple(self) -> bool:
+        """Whether walls are all there is to it: no blocks, no region, no bound on the speed."""
+        return not self.blocks and self.region is None and self.max_speed is None
 
     @model_validator(mode="after")
     def _walls_can_be_crossed_in_order(self) -> Maneuver:
         start, goal = np.array(self.start.position), np.array(self.goal.position)
-        for i, (first, second) in enumerate(zip(self.obstacles, self.obstacles[1:], strict=False)):
+        listed = [(i, o) for i, o in enumerate(self.obstacles) if isinstance(o, Wall)]
+        for (before, first), (i, second) in zip(listed, listed[1:], strict=False):
             if first == second:
-                raise ValueError(f".obstacles[{i + 1}]: was the same wall as the one before, must be listed once")
+                raise ValueError(f".obstacles[{i}]: was the same wall as the one before, must be listed once")
             (ax, ay), (bx, by) = first.direction, second.direction
             if abs(ax * by - ay * bx) > 1e-12 * math.hypot(ax, ay) * math.hypot(bx, by):
                 continue
             normal = np.array([-ay, ax]) / math.hypot(ax, ay)
             along = float(normal @ (goal - start))
+            if abs(normal @ (np.array(first.tip) - second.tip)) <= 1e-12 * max(map(abs, (*first.tip, *second.tip))):
+                raise ValueError(
+                    f".obstacles[{i}]: was on the line of obstacles[{before}], must be one wall with it (see `opening`)"
+                )
             places = [float(normal @ (np.array(w.tip) - start)) / along if along else -1 for w in (first, second)]
             if 1 > places[0] > places[1] > 0:
                 raise ValueError(
-                    f".obstacles[{i + 1}].tip: was {list(second.tip)}, must be listed before obstacles[{i}] "
+                    f".obstacles[{i}].tip: was {list(second.tip)}, must be listed before obstacles[{before}] "
                     "(walls are crossed in the order listed, and the way to the goal meets this line first)"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _ends_are_free(self) -> Maneuver:
+        for name, state in (("start", self.start), ("goal", self.goal)):
+            for i, block in enumerate(self.obstacles):
+                if isinstance(block, Block) and block.holds(state.position, self.margin):
+                    near = f" with its margin of {self.margin} m" if self.margin else ""
+                    raise ValueError(f".obstacles[{i}]: was a block around the {name}{near}, must leave it free")
+            if self.region is not None and not covers(self.region, state.position):
+                raise ValueError(f".{name}.position: was {list(state.position)}, must lie in the region")
+            if self.max_speed is not None and math.hypot(*state.velocity) > self.max_speed:
+                raise ValueError(
+                    f".{name}.velocity: was {list(state.velocity)}, must not be faster than max_speed, {self.max_speed}"
                 )
         return self
 
@@ -153,6 +179,7 @@ class Settings(Model):
     Args:
         node_limit: boxes of obstacle times that a global search looks at before it stops with the gap it has.
         time_limit: seconds after which it stops likewise; default none.
+        rounds: ways past blocks, each with its walls, that are solved before the search stops likewise.
     """
 
     circle: Circle = Disc()
@@ -162,6 +189,7 @@ class Settings(Model):
     solver: Literal["CLARABEL", "HIGHS", "OSQP", "SCS"] = "CLARABEL"
     node_limit: Count = 2000
     time_limit: Positive | None = None
+    rounds: Count = 60
 
     @model_validator(mode="after")
     def _solver_can(self) -> Settings:
@@ -211,7 +239,10 @@ def check(maneuver: Maneuver, settings: Settings) -> None:
     for name, given, kind in (("maneuver", maneuver, Maneuver), ("settings", settings, Settings)):
         if not isinstance(given, kind):
             raise SpecError(f"{name}: was a {type(given).__name__}, must be a peakmin.{kind.__name__}")
-    walls, grid, search = len(maneuver.obstacles), settings.grid, settings.search
+    walls, grid, search = len(maneuver.walls), settings.grid, settings.search
+    if not maneuver.simple and not isinstance(search, GlobalSearch):
+        what = "blocks" if maneuver.blocks else "a region" if maneuver.region is not None else "a max_speed"
+        raise SpecError(f"settings.search.kind: was {search.kind!r}, must be 'global' for a maneuver with {what}")
     if grid.steps < walls + 2:
         raise SpecError(f"settings.grid.steps: was {grid.steps}, must be at least {walls + 2} (walls + 2)")
     if isinstance(search, SweepSearch):
@@ -235,6 +266,14 @@ def check(maneuver: Maneuver, settings: Settings) -> None:
             f"maneuver.obstacles: was {walls} walls, must be fewer for {search.count} obstacle times "
             f"(at most {MAX_SWEEP_POINTS} ordered choices)"
         )
+
+
+def walls_only(maneuver: Maneuver, what: str) -> None:
+    """Refuse blocks, regions and speeds where only walls are understood. Raises `SpecError`."""
+    if not maneuver.simple:
+        field = "obstacles" if maneuver.blocks else "region" if maneuver.region is not None else "max_speed"
+        had = f"{len(maneuver.blocks)} blocks" if maneuver.blocks else "given"
+        raise SpecError(f"maneuver.{field}: was {had}, must be left out for {what} (walls only)")
 
 
 def schema() -> dict[str, Any]:

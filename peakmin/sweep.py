@@ -17,7 +17,8 @@ from .errors import SpecError
 from .least import LeastPeak
 from .plan import Made, Plan, from_bracket, peak_of
 from .progress import Progress
-from .spec import Maneuver, Settings, SweepSearch, check
+from .spec import Maneuver, Settings, SweepSearch, check, walls_only
+from .ways import WaysProof
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,7 +98,8 @@ def sweep(
     if isinstance(settings, Settings) and not isinstance(settings.search, SweepSearch):
         settings = settings.model_copy(update={"search": SweepSearch()})
     check(maneuver, settings)
-    walls = len(maneuver.obstacles)
+    walls_only(maneuver, "a sweep")
+    walls = len(maneuver.walls)
     if times is None:
         assert isinstance(settings.search, SweepSearch)
         span = settings.search.span(maneuver.duration)
@@ -151,7 +153,8 @@ def plan_at(
     began: float,
     also: LeastPeak | None = None,
     nodes: int = 0,
-    proof: Proof | None = None,
+    proof: Proof | WaysProof | None = None,
+    of: Maneuver | None = None,
 ) -> Plan:
     """The plan at these obstacle times [s], shape (q,), with an account of the work since `began`.
 
@@ -160,6 +163,7 @@ def plan_at(
         also: another M(T_obs) that was used on the way.
         nodes: boxes of obstacle times looked at.
         proof: of all obstacle times.
+        of: the maneuver with blocks or bounds on the path, where that of `least` has but the walls that it takes.
     """
     bracket, motion = least(times), least.motion(times)
     counts = [each.count for each in (least, also) if each is not None]
@@ -170,4 +174,5 @@ def plan_at(
         nodes=nodes,
         seconds=time.perf_counter() - began,
     )
-    return from_bracket(least.maneuver, least.settings, least.place(times), bracket, motion, proof, made)
+    walls, asked = least.maneuver.walls, of or least.maneuver
+    return from_bracket(asked, least.settings, least.place(times), bracket, motion, proof, made, walls)

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from .certify import Proof
 from .check import CHECK, check
 from .document import digest, of, read
+from .keeping import extent
 from .model import load
 from .moments import PointMass
-from .plan import Plan
+from .plan import Plan, proved
 
 SAME = 1e-9  # relative difference up to which a number counts as the one stated
 
@@ -42,28 +44,33 @@ def verify(text: str | bytes) -> Verification:
         SpecError: when the text is not a plan document.
     """
     data, plan = load(text, finite=True), read(text)
-    mass, found = PointMass.of(plan.maneuver), []
+    mass, found = PointMass.of(plan.crossing), []
     if data.get("digest") != digest(data):
         found.append("digest: the file is not as it was written")
     motion, peak = plan.trajectory, math.inf
     if motion is not None:
-        result = check(plan.maneuver, motion, plan.obstacle_times, plan.peak)
+        result = check(plan.crossing, motion, plan.obstacle_times, plan.peak)
         peak = motion.peak()
         # each comparison is written so that a number that is none fails it
         if not result.goal <= CHECK:
             found.append(f"goal: missed by {result.goal:.2e} of the maneuver's size")
         if not result.walls <= CHECK:
             found.append(f"walls: not crossed as stated, {result.walls:.2e} of the maneuver's size")
+        found += _kept(plan)
         if not result.peak <= 1e-12:
             found.append(f"peak: was stated as {plan.peak!r}, the control has {peak!r} m/s^2")
         if not plan.peak >= plan.lower_bound * (1 - SAME):
             found.append(f"peak: was stated as {plan.peak!r}, below the bound {plan.lower_bound!r} m/s^2")
     elif data["peak"] is not None or plan.status == "solved":
         found.append("status: there is no motion, so no peak and no solution")
-    bound = float(plan.proof.bound(mass, plan.obstacle_times / mass.time) * mass.unit)
+    bound = proved(plan.maneuver, plan.walls, plan.proof, plan.obstacle_times / mass.time)
     if not abs(bound - plan.lower_bound) <= SAME * bound:
         found.append(f"lower_bound: was stated as {plan.lower_bound!r}, the proof gives {bound!r} m/s^2")
-    if plan.scope == "these" and any(leaf.low != leaf.high for leaf in plan.proof.leaves):
+    if (
+        isinstance(plan.proof, Proof)
+        and plan.scope == "these"
+        and any(leaf.low != leaf.high for leaf in plan.proof.leaves)
+    ):
         found.append("scope: the proof has boxes, but claims these times only")
     found += _unlike(data, of(plan), mass)
     limit = plan.maneuver.max_peak or math.inf
@@ -72,6 +79,17 @@ def verify(text: str | bytes) -> Verification:
     if plan.status == "infeasible" and not (plan.scope == "all" and bound > limit):
         found.append("status: infeasible is not proved")
     return Verification(plan, peak, bound, tuple(found))
+
+
+def _kept(plan: Plan) -> list[str]:
+    """Whether clearance, region and speed are as stated and, in a solved plan, as asked."""
+    found, keeps = [], plan.keeping()
+    same = keeps.clearance == plan.clearance or abs(keeps.clearance - plan.clearance) <= SAME * extent(plan.maneuver)
+    if not same:
+        found.append(f"clearance: was stated as {plan.clearance!r}, the path has {keeps.clearance!r} m")
+    if plan.status == "solved" and not keeps.passed(plan.maneuver):
+        found.append("status: solved, but the path does not keep its obstacles, margin, region or speed")
+    return found
 
 
 def _unlike(data: dict[str, Any], again: dict[str, Any], mass: PointMass) -> list[str]:

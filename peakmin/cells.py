@@ -1,0 +1,231 @@
+"""The ways past blocks, seen in the frame of the maneuver (start at the origin, goal at (D, 0)).
+
+Vertical lines through all corners cut 0 < x < D into strips; in a strip the free part falls into gaps, each between
+two edges: a trapezoid. Let T_q be the time at which a path first crosses the last line and T_i the last time before
+T_{i+1} at which it crosses line i. From T_i to T_{i+1} the path is in one strip, and hence in one gap: every free path
+has a way, a gap for each strip, neighbours meeting on the line between them. And it crosses any line x = d that is put
+into a strip at such a time within its gap there. These are necessary conditions, of every free path without exception.
+That it goes straight on before T_1 and after T_q is not, and nothing here says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .arrays import Array
+from .errors import SpecError
+from .frame import Frame
+from .obstacles import Wall
+from .spec import Maneuver
+
+SAME = 1e-12  # of the scene's size: lines closer than this are one, gaps that overlap by minus this much meet
+
+Interval = tuple[float, float]
+Way = tuple[tuple[int, ...], ...]  # the gaps that are left in each strip, by their numbers from below
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A free trapezoid: between the lines y = a + b x of `low` and `high`, either one infinitely far."""
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+    def at(self, x: float) -> Interval:
+        """Its section at x."""
+        (a, b), (c, d) = self.low, self.high
+        return (a + b * x if math.isfinite(a) else a, c + d * x if math.isfinite(c) else c)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """All strips and gaps of a maneuver with blocks."""
+
+    maneuver: Maneuver
+
+    @cached_property
+    def frame(self) -> Frame:
+        return Frame.from_maneuver(self.maneuver)
+
+    @cached_property
+    def length(self) -> float:
+        """D [m]."""
+        return math.hypot(*(np.array(self.maneuver.goal.position) - np.array(self.maneuver.start.position)))
+
+    @cached_property
+    def rings(self) -> list[list[Array]]:
+        """For each block the corners in the frame, (n, 2), of what its margin keeps out, and of its holes."""
+        return [[self.frame.position(ring) for ring in b.grown(self.maneuver.margin)] for b in self.maneuver.blocks]
+
+    @cached_property
+    def size(self) -> float:
+        """Of everything there is [m]."""
+        return max([self.length, *(float(np.max(np.abs(ring))) for rings in self.rings for ring in rings)])
+
+    @cached_property
+    def solid(self) -> list[Array]:
+        """The rings of all blocks together, (n, 2) each: a point is in a block where it is inside an odd number."""
+        import shapely
+
+        parts = [shapely.Polygon(rings[0], rings[1:]) for rings in self.rings]
+        joined = shapely.unary_union(parts)
+        polygons = [part for part in getattr(joined, "geoms", [joined]) if part.geom_type == "Polygon"]
+        return [np.array(ring.coords)[:-1] for p in polygons for ring in (p.exterior, *p.interiors)]
+
+    @cached_property
+    def walls(self) -> list[tuple[float, Wall]]:
+        """The user's walls in the order met, with their x; each stands across the way."""
+        out = []
+        for i, wall in enumerate(self.maneuver.obstacles):
+            if not isinstance(wall, Wall):
+                continue
+            across = self.frame.vector(wall.direction) / math.hypot(*wall.direction)
+            x, _ = self.frame.position(wall.tip)
+            if abs(across[0]) > 1e-9 or not 0 < x < self.length:
+                raise SpecError(
+                    f"maneuver.obstacles[{i}]: was a wall from {list(wall.tip)} along {list(wall.direction)}, must "
+                    "stand square across the way between start and goal where there are blocks (or be a block itself)"
+                )
+            if wall.contact == "touch":
+                raise SpecError(f"maneuver.obstacles[{i}].contact: was 'touch', must be 'clear' where there are blocks")
+            out.append((float(x), wall))
+        return out
+
+    @cached_property
+    def lines(self) -> list[float]:
+        """The x of all strips' ends, 0 and D included."""
+        corners = sorted({float(x) for ring in self.solid for x in ring[:, 0]} | {x for x, _ in self.walls})
+        out = [0.0]
+        for x in corners:
+            if out[-1] + SAME * self.size < x < self.length - SAME * self.size:
+                out.append(x)
+        return [*out, self.length]
+
+    @cached_property
+    def gaps(self) -> list[list[Gap]]:
+        """For each strip its gaps from below, without those on a side that a block does not allow."""
+        return [self._strip(a, b) for a, b in zip(self.lines, self.lines[1:], strict=False)]
+
+    def _strip(self, left: float, right: float) -> list[Gap]:
+        middle = 0.5 * (left + right)
+        edges = sorted(_crossing(self.solid, left, right), key=lambda line: line[0] + line[1] * middle)
+        ends = [(-math.inf, 0.0), *edges, (math.inf, 0.0)]
+        out = []
+        for low, high in zip(ends[::2], ends[1::2], strict=True):
+            gap = Gap(low, high)
+            if self._allowed(gap, middle):
+                out.append(gap)
+        return out
+
+    def _allowed(self, gap: Gap, x: float) -> bool:
+        low, high = gap.at(x)
+        for block, rings in zip(self.maneuver.blocks, self.rings, strict=True):
+            section = [y for ring in rings for y in _heights(ring, x)]
+            room = SAME * self.size
+            if section and (
+                (block.side == "left" and low < max(section) - room)
+                or (block.side == "right" and high > min(section) + room)
+            ):
+                return False
+        return True
+
+    @cached_property
+    def ways(self) -> Way | None:
+        """Every way: the gaps through which one leads, or None where none does."""
+        return self.through(tuple(tuple(range(len(gaps))) for gaps in self.gaps))
+
+    def through(self, way: Way) -> Way | None:
+        """The way without gaps that lead nowhere; None where nothing is left."""
+        kept = [list(gaps) for gaps in way]
+        order = [*((k, k - 1) for k in range(1, len(kept))), *((k, k + 1) for k in range(len(kept) - 2, -1, -1))]
+        for k, other in order:
+            kept[k] = [g for g in kept[k] if any(self._meet(k, g, other, h) for h in kept[other])]
+        return tuple(map(tuple, kept)) if all(kept) else None
+
+    def _meet(self, k: int, g: int, other: int, h: int) -> bool:
+        x = self.lines[max(k, other)]
+        (a, b), (c, d) = self.gaps[k][g].at(x), self.gaps[other][h].at(x)
+        low, high = max(a, c), min(b, d)
+        for at, wall in self.walls:
+            if at == x:
+                e, f = self._free(wall)
+                low, high = max(low, e), min(high, f)
+        return high >= low - SAME * self.size
+
+    def _free(self, wall: Wall) -> Interval:
+        """Where a wall across the way lets the path through."""
+        tip = float(self.frame.position(wall.tip)[1])
+        up = float(self.frame.vector(wall.direction)[1]) < 0
+        far = math.inf if wall.opening is None else wall.opening
+        far = 0.0 if wall.contact == "touch" else far
+        return (tip, tip + far) if up else (tip - far, tip)
+
+    def interval(self, way: Way, x: float) -> Interval:
+        """Where a path with one of these ways crosses the line at x: the hull of the gaps', and of any wall there."""
+        low, high = -math.inf, math.inf
+        for k, (a, b) in enumerate(zip(self.lines, self.lines[1:], strict=False)):
+            if a <= x <= b:
+                sections = [self.gaps[k][g].at(x) for g in way[k]]
+                low, high = max(low, min(s[0] for s in sections)), min(high, max(s[1] for s in sections))
+        for at, wall in self.walls:
+            if at == x:
+                e, f = self._free(wall)
+                low, high = max(low, e), min(high, f)
+        return low, high
+
+    def wall(self, interval: Interval, x: float) -> Wall | None:
+        """The wall, seen from outside, that leaves this interval of the line at x free; None where all of it is."""
+        low, high = interval
+        if math.isinf(low) and math.isinf(high):
+            return None
+        up = math.isfinite(low)
+        tip = self.frame.position_back([x, low if up else high])
+        direction = self.frame.vector_back([0.0, -1.0 if up else 1.0])
+        opening = high - low if up and math.isfinite(high) else None
+        if opening is not None and opening <= SAME * self.size:
+            return Wall(tip=tip, direction=direction, contact="touch")
+        return Wall(tip=tip, direction=direction, opening=opening)
+
+    def maneuver_past(self, way: Way, lines: Sequence[float], lift: float = 0.0) -> Maneuver | None:
+        """The maneuver with walls on these lines and the user's own; None where an interval is empty.
+
+        Args:
+            lift: by how much the intervals are narrowed at every finite end [m].
+        """
+        walls = []
+        for x in sorted({*lines, *(x for x, _ in self.walls)}):
+            low, high = self.interval(way, x)
+            if high - low > SAME * self.size or lift == 0:
+                low, high = low + lift, high - lift
+            if high < low - SAME * self.size:
+                return None
+            wall = self.wall((low, max(low, high)), x)
+            if wall is not None:
+                walls.append(wall)
+        return self.maneuver.past(walls)
+
+    def marks(self, way: Way, lines: Sequence[float]) -> list[float]:
+        """The x of the walls that `maneuver_past` puts up, in order."""
+        every = sorted({*lines, *(x for x, _ in self.walls)})
+        return [x for x in every if any(map(math.isfinite, self.interval(way, x)))]
+
+
+def _crossing(rings: list[Array], left: float, right: float) -> list[tuple[float, float]]:
+    """The edges y = a + b x that run all through a strip."""
+    middle, out = 0.5 * (left + right), []
+    for ring in rings:
+        for p, q in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+            if min(p[0], q[0]) < middle < max(p[0], q[0]):
+                slope = float((q[1] - p[1]) / (q[0] - p[0]))
+                out.append((float(p[1] - slope * p[0]), slope))
+    return out
+
+
+def _heights(ring: Array, x: float) -> list[float]:
+    """Where the ring's edges cross the line at x."""
+    return [a + b * x for a, b in _crossing([ring], x, x)]

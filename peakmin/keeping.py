@@ -1,0 +1,101 @@
+"""What a path keeps at every instant: its distances, its region, its speed. Proved between nodes, not sampled."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arrays import Array
+from .clearance import block_clearance, wall_clearance
+from .spec import Maneuver
+from .trajectory import HoldTrajectory, Trajectory
+
+ROOM = 1e-9  # of the scene's size: how close to a tip a crossing counts as being at it
+GRAIN = 1e-12  # relative: rounding errors of positions on the region's edge and of speeds at their bound
+CHORDS = 20_000  # of a continuous control's path; what bends between them is charged in full
+
+
+@dataclass(frozen=True)
+class Keeping:
+    """clearance: distance from walls and blocks [m], negative inside;  blocks: from blocks less the margin [m];
+
+    region: distance from the region's edge [m], negative outside;  speed: the largest [m/s]. Infinite or zero where
+    nothing is asked.
+    """
+
+    clearance: float
+    walls: float
+    blocks: float
+    region: float
+    speed: float
+
+    def passed(self, maneuver: Maneuver) -> bool:
+        """Whether the maneuver's obstacles, margin, region and bound on the speed are kept."""
+        size = extent(maneuver)
+        return bool(
+            self.walls >= 0
+            and self.blocks >= 0
+            and self.region >= -GRAIN * size
+            and self.speed <= (math.inf if maneuver.max_speed is None else maneuver.max_speed * (1 + GRAIN))
+        )
+
+
+def extent(maneuver: Maneuver) -> float:
+    """Largest coordinate of start, goal and obstacles, seen from the start [m]."""
+    start = np.array(maneuver.start.position)
+    points = [
+        maneuver.goal.position,
+        *(w.tip for w in maneuver.walls),
+        *(v for b in maneuver.blocks for v in b.vertices),
+    ]
+    return float(np.max(np.abs(np.array(points) - start))) or 1.0
+
+
+def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
+    """What a motion [SI] keeps of a maneuver's obstacles, region and speed."""
+    size = extent(maneuver)
+    walls = min(
+        (wall_clearance(motion, tip, along, ROOM * size) for wall in maneuver.walls for tip, along in wall.rays),
+        default=math.inf,
+    )
+    blocks = min((block_clearance(motion, np.array(block.vertices)) for block in maneuver.blocks), default=math.inf)
+    return Keeping(
+        min(walls, blocks),
+        walls,
+        blocks - maneuver.margin,
+        math.inf if maneuver.region is None else _inside(motion, np.array(maneuver.region)),
+        0.0 if maneuver.max_speed is None else _fastest(motion),
+    )
+
+
+def inward(region: Array) -> tuple[Array, Array]:
+    """Unit normals n (k, 2) into a counterclockwise convex polygon and offsets c (k,): inside n . r >= c."""
+    step = np.roll(region, -1, axis=0) - region
+    normals = np.stack([-step[:, 1], step[:, 0]], axis=1) / np.hypot(*step.T)[:, None]
+    return normals, np.sum(normals * region, axis=1)
+
+
+def _inside(motion: Trajectory, region: Array) -> float:
+    """Least distance of the path from the region's edges [m]: n . r is a parabola on each hold."""
+    normals, offsets = inward(region)
+    if not isinstance(motion, HoldTrajectory):
+        t = np.linspace(motion.nodes[0], motion.nodes[-1], CHORDS + 1)
+        bend = motion.peak() * (t[1] - t[0]) ** 2 / 8
+        return float(np.min(motion.position(t) @ normals.T - offsets) - bend)
+    r, v, u = motion.node_position, motion.node_velocity, motion.control
+    least = float(np.min(r @ normals.T - offsets))
+    a, b = u @ normals.T, v[:-1] @ normals.T
+    dt = np.diff(motion.nodes)[:, None]
+    s = np.clip(-b / np.where(a > 0, a, 1.0), 0.0, dt)
+    lowest = r[:-1] @ normals.T - offsets + np.where(a > 0, s * (b + 0.5 * s * a), 0.0)
+    return min(least, float(np.min(lowest)))
+
+
+def _fastest(motion: Trajectory) -> float:
+    """Largest speed [m/s]: |v| is convex on each hold."""
+    if isinstance(motion, HoldTrajectory):
+        return float(np.max(np.hypot(*motion.node_velocity.T)))
+    t = np.linspace(motion.nodes[0], motion.nodes[-1], CHORDS + 1)
+    return float(np.max(np.hypot(*motion.velocity(t).T)) + motion.peak() * (t[1] - t[0]) / 2)

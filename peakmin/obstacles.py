@@ -1,0 +1,117 @@
+"""What stands in the way: walls, which are rays, and blocks, which are polygons."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field, model_validator
+
+from .arrays import Array
+from .model import Model, Positive, Vector
+
+ROUND = 8  # edges of a quarter circle around a corner that a margin rounds off, inside the true one
+
+
+class Wall(Model):
+    """A ray from `tip` [m] along `direction`; the path crosses its line on the free side of the tip, at one instant.
+
+    Args:
+        tip: end of the ray, (d, h) of the paper.
+        direction: from the tip into the wall, any length but zero; the paper's wall hangs down, (0, -1).
+        contact: "touch" crosses the line at the tip (the paper), "clear" at the tip or beyond it.
+        opening: width [m] of the free part of the line, beyond which another wall begins (a slit); default no end.
+    """
+
+    kind: Literal["wall"] = "wall"
+    tip: Vector
+    direction: Vector = (0.0, -1.0)
+    contact: Literal["touch", "clear"] = "clear"
+    opening: Positive | None = None
+
+    @model_validator(mode="after")
+    def _has_a_direction(self) -> Wall:
+        if math.hypot(*self.direction) < 1e-150:
+            raise ValueError(f".direction: was {list(self.direction)}, must not be zero")
+        if self.opening is not None and self.contact == "touch":
+            raise ValueError(f".opening: was {self.opening}, must be left out where the tip is touched")
+        return self
+
+    @property
+    def rays(self) -> list[tuple[Array, Array]]:
+        """Tip and unit direction of the ray, and of the one across the opening."""
+        tip, along = np.array(self.tip), np.array(self.direction) / math.hypot(*self.direction)
+        return [(tip, along)] + ([(tip - self.opening * along, -along)] if self.opening is not None else [])
+
+
+def _corners(vertices: tuple[Vector, ...]) -> tuple[Vector, ...]:
+    import shapely
+
+    for i, (a, b) in enumerate(zip(vertices, (*vertices[1:], vertices[0]), strict=True)):
+        if a == b:
+            place = (i + 1) % len(vertices)
+            raise ValueError(f"corners that differ from the one before (vertices[{place}] does not)")
+    polygon = shapely.Polygon(vertices)
+    if not polygon.is_valid or polygon.area == 0:
+        raise ValueError("the corners of a polygon in order, with an area and without crossing edges")
+    return vertices
+
+
+Corners = Annotated[tuple[Vector, ...], Field(min_length=3, max_length=1000), AfterValidator(_corners)]
+
+
+class Block(Model):
+    """A polygon that the path stays out of, convex or not.
+
+    Args:
+        vertices: corners in order, either way round, [m], shape (n, 2).
+        side: on which side of it the path goes, seen along the way from start to goal: "left" leaves the block on
+            the right hand; "either" finds the better one.
+    """
+
+    kind: Literal["block"] = "block"
+    vertices: Corners
+    side: Literal["left", "right", "either"] = "either"
+
+    def grown(self, margin: float) -> list[Array]:
+        """The corners, shape (n, 2), of the polygon that a distance of `margin` [m] keeps out, and of its holes.
+
+        Corners are rounded by chords of the true arc, so that the polygon is never too large.
+        """
+        import shapely
+
+        polygon = shapely.Polygon(self.vertices)
+        if margin > 0:
+            polygon = polygon.buffer(margin, quad_segs=ROUND)
+        return [np.array(ring.coords)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
+
+    def holds(self, point: Vector, margin: float) -> bool:
+        """Whether the point is nearer than the margin [m], or inside."""
+        import shapely
+
+        polygon, at = shapely.Polygon(self.vertices), shapely.Point(point)
+        return bool(polygon.contains(at)) or bool(polygon.distance(at) < margin * (1 - 1e-12))
+
+
+Obstacle = Annotated[Wall | Block, Field(discriminator="kind")]
+
+
+def convex(corners: tuple[Vector, ...]) -> tuple[Vector, ...]:
+    """The corners of a convex polygon, counterclockwise. Raises `ValueError` where they are not."""
+    points = np.array(_corners(corners))
+    step = np.roll(points, -1, axis=0) - points
+    turn = step[:, 0] * np.roll(step[:, 1], -1) - step[:, 1] * np.roll(step[:, 0], -1)
+    if not (np.all(turn >= 0) or np.all(turn <= 0)):
+        raise ValueError("the corners of a convex polygon in order")
+    return corners if np.sum(turn) > 0 else corners[::-1]
+
+
+def covers(region: tuple[Vector, ...], point: Vector) -> bool:
+    """Whether the point lies in the polygon or on its edge."""
+    import shapely
+
+    return bool(shapely.Polygon(region).covers(shapely.Point(point)))
+
+
+Region = Annotated[tuple[Vector, ...], Field(min_length=3, max_length=100), AfterValidator(convex)]

@@ -1,0 +1,241 @@
+"""The least peak past blocks: ways through the gaps between them, best bound first, walls where a path needs them.
+
+A node has gaps left in every strip and a few lines; on each line a wall leaves the hull of the gaps free. Its certified
+least peak bounds every path with such a way from below. Where its path leaves the hull, a line is put in at the worst
+place; where it is in the hull but in no gap, the node falls into one for each gap of that strip. A path found free
+is an upper end; where it cuts into a block by a little, its walls are raised by a little.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .arrays import Array
+from .branch import Certificate, certify
+from .cells import Cells, Way
+from .exact import Extremal, extremal
+from .keeping import keeping
+from .moments import PointMass
+from .progress import Progress
+from .spec import MOST_CERTIFIED, Maneuver
+from .ways import Branch
+
+SAMPLES = 2000  # of a path when looking for its worst place; what is free is proved by `peakmin.clearance`
+SNAP = 0.05  # of a strip: a line this close to the strip's end is put there, where the corner is
+A_LITTLE = 0.05  # of the scene: a path that is no deeper in a block is raised clear of it
+IDLE = 1e-6  # of the largest multiplier
+FIRST_LIFT = 1e-8  # of the scene
+LIFTS = 8
+BOXES = 40  # of obstacle times at first; ten times as many where a node's own gap is what is left
+
+
+@dataclass(frozen=True)
+class Free:
+    """A path past walls: the maneuver with them, the obstacle times [scaled] (q,), and its peak [m/s^2].
+
+    way, lines, lift: what `Cells.maneuver_past` makes the walls from.
+    """
+
+    way: Way
+    lines: tuple[float, ...]
+    lift: float
+    past: Maneuver
+    times: Array
+    found: Extremal
+    peak: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the search proved: lower <= the least peak of all free paths [m/s^2], with the branches that prove it.
+
+    best: the best free path met, or None;  nearest: else the path of the best bound.
+    """
+
+    lower: float
+    branches: tuple[Branch, ...]
+    best: Free | None
+    nearest: Free
+    nodes: int
+    rounds: int
+
+
+@dataclass(frozen=True)
+class _Node:
+    way: Way
+    lines: tuple[float, ...]
+    past: Maneuver
+    certificate: Certificate
+    bound: float
+
+    @property
+    def mass(self) -> PointMass:
+        return PointMass.of(self.past)
+
+    @property
+    def branch(self) -> Branch:
+        return Branch(self.way, self.lines, tuple(self.certificate.leaves))
+
+
+class Search:
+    """Best-first search over the ways of one maneuver with blocks."""
+
+    def __init__(self, cells: Cells, gap: float) -> None:
+        self.maneuver, self.gap, self.cells = cells.maneuver, gap, cells
+        self.boxes = self.rounds = 0
+        self.best: Free | None = None
+        self._serial = itertools.count()
+        self._heap: list[tuple[float, int, _Node]] = []
+        self._closed: list[_Node] = []
+
+    @property
+    def upper(self) -> float:
+        return math.inf if self.best is None else self.best.peak
+
+    def run(self, way: Way, rounds: int, time_limit: float, progress: Progress | None) -> Found:
+        """Search until the gap is reached, or for so many rounds and seconds."""
+        began = time.perf_counter()
+        self._push(self._solve(way, (), 0.0))
+        last = self._heap[0][2]
+        while self._heap and self._heap[0][0] < (1 - self.gap) * self.upper:
+            if self.rounds >= rounds or time.perf_counter() - began > time_limit:
+                break
+            last = heapq.heappop(self._heap)[2]
+            for child in self._expand(last):
+                self._push(child)
+            if progress:
+                progress(self.rounds, self.rounds + len(self._heap))
+        nodes = [node for _, _, node in self._heap] + self._closed
+        lower = min(min(node.bound for node in nodes), self.upper)
+        return Found(lower, tuple(n.branch for n in nodes), self.best, self._as_free(last), self.boxes, self.rounds)
+
+    def _as_free(self, node: _Node) -> Free:
+        found = node.certificate
+        return Free(node.way, node.lines, 0.0, node.past, found.times, found.best, found.best.upper * node.mass.unit)
+
+    def _push(self, node: _Node | None) -> None:
+        if node is not None:
+            heapq.heappush(self._heap, (node.bound, next(self._serial), node))
+
+    def _solve(
+        self, way: Way, lines: tuple[float, ...], known: float, path: Array | None = None, boxes: int = BOXES
+    ) -> _Node | None:
+        """The certified least peak past these lines; None where no path has such a way.
+
+        Args:
+            known: a bound that holds already.
+            path: samples of a path that crosses the lines at about the right times.
+        """
+        past = self.cells.maneuver_past(way, lines)
+        if past is None:
+            return None
+        self.rounds += 1
+        mass, start = PointMass.of(past), None
+        if path is not None:
+            start = np.array([np.argmax(path[:, 0] >= x) / SAMPLES for x in self.cells.marks(way, lines)])
+        found = certify(mass, self.gap / 4, node_limit=boxes, start=start)
+        self.boxes += found.nodes
+        return _Node(way, lines, past, found, max(known, found.lower * mass.unit))
+
+    def _expand(self, node: _Node) -> Iterator[_Node | None]:
+        """The nodes that together stand for this one; it is closed where nothing can be done for it."""
+        path = self._path(node)
+        outside = self._outside(node.way, path)
+        if outside.depth <= A_LITTLE * self.cells.size:
+            self._raise(node)
+        room = 1e-12 * self.cells.size
+        if node.bound >= (1 - self.gap) * self.upper:
+            self._closed.append(node)
+        elif outside.hull > room and len(node.past.walls) < MOST_CERTIFIED and outside.line not in node.lines:
+            yield self._solve(node.way, (*self._pushing(node), outside.line), node.bound, path)
+        elif outside.depth > room and len(node.way[outside.strip]) > 1:
+            for gap in node.way[outside.strip]:
+                way = self.cells.through(tuple((gap,) if k == outside.strip else g for k, g in enumerate(node.way)))
+                if way is None:
+                    continue
+                there = self._outside(way, path)
+                lines = (*self._pushing(node), there.line) if there.hull > room else node.lines
+                yield self._solve(way, tuple(dict.fromkeys(lines)), node.bound, path)
+        elif not node.certificate.complete and node.certificate.nodes < 10 * BOXES:
+            yield self._solve(node.way, node.lines, node.bound, path, 10 * BOXES)
+        else:
+            self._closed.append(node)
+
+    def _pushing(self, node: _Node) -> tuple[float, ...]:
+        """The lines whose walls matter to the node's path; without the others it is the same."""
+        size = np.hypot(*node.certificate.best.multipliers.T)
+        push = size[2:] > IDLE * np.max(size)
+        marks = self.cells.marks(node.way, node.lines)
+        return tuple(x for x, pushes in zip(marks, push, strict=True) if pushes)
+
+    def _path(self, node: _Node) -> Array:
+        """Samples of the node's path in the frame, shape (SAMPLES + 1, 2)."""
+        motion = node.certificate.best.motion.in_units(node.mass)
+        return self.cells.frame.position(motion.position(self.maneuver.duration * np.arange(SAMPLES + 1) / SAMPLES))
+
+    def _outside(self, way: Way, path: Array) -> _Outside:
+        """Where the path is furthest from the gaps, and where a line with the hull of the gaps would move it most."""
+        cells, worst = self.cells, _Outside()
+        for k, (left, right) in enumerate(zip(cells.lines, cells.lines[1:], strict=False)):
+            inside = (path[:, 0] >= left) & (path[:, 0] <= right)
+            if not np.any(inside) or not way[k]:
+                continue
+            x, y = path[inside].T
+            sections = [cells.gaps[k][g] for g in way[k]]
+            low = np.array([gap.low[0] + gap.low[1] * x for gap in sections])
+            high = np.array([gap.high[0] + gap.high[1] * x for gap in sections])
+            depth = np.min(np.maximum(np.maximum(low - y, y - high), 0.0), axis=0)
+            at = int(np.argmax(depth))
+            if depth[at] > worst.depth:
+                worst = replace(worst, depth=float(depth[at]), strip=k)
+            off = np.maximum(np.maximum(np.min(low, axis=0) - y, y - np.max(high, axis=0)), 0.0)
+            at = int(np.argmax(off))
+            if off[at] > worst.hull:
+                worst = replace(worst, hull=float(off[at]), line=self._snapped(float(x[at]), left, right))
+        return worst
+
+    def _snapped(self, x: float, left: float, right: float) -> float:
+        near = SNAP * (right - left)
+        if x - left < near and left > 0:
+            return left
+        if right - x < near and right < self.cells.length:
+            return right
+        return x
+
+    def _raise(self, node: _Node) -> None:
+        """A free path near the node's, its walls raised as little as it takes; kept where it is the best."""
+        size, lift = self.cells.size, FIRST_LIFT * self.cells.size
+        for _ in range(LIFTS):
+            past = self.cells.maneuver_past(node.way, node.lines, lift)
+            if past is None or lift > 2 * A_LITTLE * size:
+                return
+            mass = PointMass.of(past)
+            found = extremal(mass, node.certificate.times)
+            peak = found.upper * mass.unit
+            if not peak < self.upper:
+                return
+            kept = keeping(self.maneuver, found.motion.in_units(mass))
+            short = -min(kept.walls, kept.blocks)
+            if not short > 0:
+                self.best = Free(node.way, node.lines, lift, past, node.certificate.times, found, peak)
+                return
+            if not node.past.walls:
+                return
+            lift += max(1.3 * short, FIRST_LIFT * size)
+
+
+@dataclass(frozen=True)
+class _Outside:
+    """depth: how far [m] the path is from any gap, in `strip`;  hull: from the hull of the gaps, at `line`."""
+
+    depth: float = 0.0
+    strip: int = 0
+    hull: float = 0.0
+    line: float = 0.0

@@ -1,0 +1,280 @@
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+import peakmin as pm
+from peakmin.clearance import TOLERANCE, block_clearance, wall_clearance
+from peakmin.trajectory import HoldTrajectory
+
+SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+ELL = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]])
+COMB = np.array([[0, 0], [3, 0], [3, 2], [2.5, 2], [2.4, 0.3], [1.5, 0.4], [1.4, 2], [1, 1.5], [0.8, 0.2], [0.1, 2]])
+
+
+class Opaque:
+    """A hold trajectory that only shows what every trajectory does: bounded by chords."""
+
+    def __init__(self, motion):
+        self.motion = motion
+
+    def __getattr__(self, name):
+        return getattr(self.motion, name)
+
+
+both = pytest.mark.parametrize("wrap", [lambda m: m, Opaque], ids=["exact", "chords"])
+
+
+def star(rng, corners=60):
+    angles = np.sort(rng.uniform(0, 2 * math.pi, corners))
+    return (rng.uniform(0.3, 1.0, corners) * np.stack([np.cos(angles), np.sin(angles)])).T
+
+
+def hold(position, velocity, *control, dt=1.0):
+    control = np.array(control, dtype=float)
+    return HoldTrajectory(
+        dt * np.arange(len(control) + 1), control, np.array(position, float), np.array(velocity, float)
+    )
+
+
+def random_motion(rng, holds=20, scale=2.0):
+    nodes = np.concatenate([[0], np.cumsum(rng.uniform(0.02, 0.2, holds))])
+    control = rng.normal(size=(holds, 2)) * rng.choice([0.0, 1.0, 30.0], size=(holds, 1))
+    return HoldTrajectory(nodes, control, rng.normal(size=2) * scale, rng.normal(size=2))
+
+
+def sampled(motion, vertices, samples=5_001):
+    """Signed distance of the densest sampling, and how far the path moves from one sample to the next."""
+    t = np.linspace(motion.nodes[0], motion.nodes[-1], samples)
+    points = shapely.points(motion.position(t))
+    polygon = shapely.Polygon(vertices)
+    distance = shapely.distance(points, polygon.exterior)
+    inside = shapely.contains_properly(polygon, points)
+    step = np.max(np.hypot(*motion.velocity(t).T)) * (t[1] - t[0])
+    return float(np.min(np.where(inside, -distance, distance))), bool(inside.any()), step
+
+
+@both
+@pytest.mark.parametrize("seed", range(12))
+def test_it_agrees_with_dense_sampling(seed, wrap):
+    rng = np.random.default_rng(seed)
+    cloud = rng.normal(size=(8, 2))
+    hull = np.array(shapely.convex_hull(shapely.MultiPoint(cloud)).exterior.coords)
+    for vertices in (SQUARE, ELL[::-1], COMB, hull, star(rng)):
+        motion = random_motion(rng)
+        clearance = block_clearance(wrap(motion), vertices)
+        seen, inside, step = sampled(motion, vertices)
+        slack = 2e-9 * (1 + motion.peak() * motion.nodes[-1] ** 2)  # what chords may lose
+        if inside:
+            assert clearance < 0
+        if clearance < -slack:
+            assert seen <= step
+        if clearance >= 0:
+            assert not inside
+        if seen > step:  # else whether it enters may be hidden between the samples
+            assert seen - step <= clearance <= seen + 1e-12
+        elif inside:
+            assert clearance <= 0.2 * seen + step  # the deepest of the points looked at, not of all
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_chords_bound_the_exact_clearance_from_below(seed):
+    rng = np.random.default_rng(seed)
+    motion, vertices = random_motion(rng), star(rng, 12)
+    exact, bound = block_clearance(motion, vertices), block_clearance(Opaque(motion), vertices)
+    extent = np.max(np.ptp(motion.position(np.linspace(0, motion.nodes[-1], 2001)), axis=0))
+    tolerance = TOLERANCE * (extent + motion.peak() * motion.nodes[-1] ** 2)
+    if exact > tolerance:
+        assert exact - tolerance <= bound <= exact + 1e-12
+    else:
+        assert bound < tolerance
+
+
+@both
+@pytest.mark.parametrize("height", [1e-6, 0.01, 0.3, 1.0])
+def test_a_parabola_above_a_corner(height, wrap):
+    """y = height - x^2/2 above the corner (0, 0) of a downward spike: the vertex is nearest while height <= 1."""
+    motion = wrap(hold((-1, height - 0.5), (1, 1), (0, -1), dt=2.0))
+    spike = np.array([[0, 0], [1e-3, -50], [-1e-3, -50]])
+    assert block_clearance(motion, spike) == pytest.approx(height, abs=2e-8)
+    assert block_clearance(motion, spike) <= height + 1e-14
+
+
+def test_a_parabola_is_nearest_to_a_point_beside_its_apex():
+    """y = x^2/2 seen from (0, 2): nearest at x^2 = 2, at distance sqrt(3); the apex is further away."""
+    spike = np.array([[0, 2], [0.01, 90], [-0.01, 90]])
+    assert block_clearance(hold((-3, 4.5), (1, -3), (0, 1), dt=6.0), spike) == pytest.approx(math.sqrt(3), abs=1e-14)
+
+
+@both
+def test_a_straight_path_beside_an_edge(wrap):
+    beside = wrap(hold((-1, 1.25), (1, 0), (0, 0), (0, 0), (0, 0)))
+    assert block_clearance(beside, SQUARE) == pytest.approx(0.25, abs=1e-8)
+    along = wrap(hold((-1, 1), (1, 0), (0, 0), (0, 0), (0, 0)))
+    assert block_clearance(along, SQUARE) == pytest.approx(0, abs=1e-8)
+    through = wrap(hold((-1, 0.25), (1, 0), (0, 0), (0, 0), (0, 0)))
+    assert block_clearance(through, SQUARE) == pytest.approx(-0.25, abs=1e-8)
+    at_rest = wrap(hold((3, 1), (0, 0), (0, 0)))
+    assert block_clearance(at_rest, SQUARE) == 2
+    assert block_clearance(wrap(hold((0.5, 0.6), (0, 0), (0, 0))), SQUARE) == pytest.approx(-0.4)
+
+
+@both
+@pytest.mark.parametrize("cut", [1e-1, 1e-3, 1e-6])
+def test_a_corner_cut_between_two_nodes(cut, wrap):
+    """A line past (1, 1) that enters by cut on both sides of it: every node is outside."""
+    motion = wrap(hold((3, -1 - cut), (-4, 4), (0, 0)))
+    assert np.all(shapely.distance(shapely.points(motion.position(motion.nodes)), shapely.Polygon(SQUARE)) > 1)
+    assert -cut / 2 - 2e-8 <= block_clearance(motion, SQUARE) < -cut / 4
+    missed = wrap(hold((3, -1 + cut), (-4, 4), (0, 0)))
+    assert block_clearance(missed, SQUARE) == pytest.approx(cut / math.sqrt(2), abs=2e-8)
+
+
+def test_a_dip_through_an_edge_between_two_nodes():
+    """An arch over y = 1 with its apex 1e-7 beyond it: shallower than what nodes or chords' ends see."""
+    dip = hold((0.5 - 0.4, 1.08 - 1e-7), (0.4, -0.16), (0, 0.16), dt=2.0)
+    assert block_clearance(dip, SQUARE) == pytest.approx(-1e-7, rel=1e-6)
+    assert block_clearance(dip, SQUARE[::-1] - np.array([0, 2e-7])) == pytest.approx(1e-7, rel=1e-6)
+
+
+def test_closed_and_reversed_vertices_are_the_same_polygon():
+    motion = random_motion(np.random.default_rng(3))
+    expected = block_clearance(motion, COMB)
+    assert block_clearance(motion, np.vstack([COMB, COMB[:1]])) == pytest.approx(expected, abs=1e-14)
+    assert block_clearance(motion, COMB[::-1]) == pytest.approx(expected, abs=1e-14)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e5])
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e7])
+def test_units_and_places_do_not_matter(unit, shift):
+    for seed in range(10):
+        motion = random_motion(np.random.default_rng(seed))
+        moved = HoldTrajectory(
+            motion.nodes,
+            motion.control * unit,
+            (motion.start_position + shift) * unit,
+            motion.start_velocity * unit,
+        )
+        expected = block_clearance(motion, ELL)
+        assert block_clearance(moved, (ELL + shift) * unit) == pytest.approx(expected * unit, abs=1e-9 * unit)
+
+
+TIP, DOWN = np.array([0.5, 0.5]), np.array([0.0, -2.0])
+
+
+@both
+def test_over_and_under_the_tip(wrap):
+    assert wall_clearance(wrap(hold((0, 0.75), (1, 0), (0, 0))), TIP, DOWN, 0.0) == pytest.approx(0.25, abs=1e-8)
+    assert wall_clearance(wrap(hold((0, 0.2), (1, 0), (0, 0))), TIP, DOWN, 0.0) == pytest.approx(-0.3, abs=1e-12)
+    arch = wrap(hold((0, 0), (1, 2.4), (0, -4.8)))  # its apex (0.5, 0.6)
+    over = wall_clearance(arch, TIP, DOWN, 0.0)
+    t = np.linspace(0, 1, 200_001)
+    assert over == pytest.approx(np.min(np.hypot(*(arch.position(t) - TIP).T)), abs=1e-8)
+    assert wall_clearance(arch, TIP, -DOWN, 0.0) == pytest.approx(-0.1, abs=1e-12)
+
+
+@both
+def test_touching_the_tip_and_what_counts_as_touching(wrap):
+    touching = wrap(hold((0, 0.5), (1, 0), (0, 0)))
+    assert wall_clearance(touching, TIP, DOWN, 0.0) == 0
+    below = wrap(hold((0, 0.5 - 1e-7), (1, 0), (0, 0)))
+    assert wall_clearance(below, TIP, DOWN, 0.0) == pytest.approx(-1e-7, rel=1e-6)
+    assert wall_clearance(below, TIP, DOWN, 2e-7) == 0
+    node = wrap(hold((0, 0.2), (0.5, 0), (0, 0), (0, 0)))  # changes sides at a node
+    assert wall_clearance(node, TIP, DOWN, 0.1) == pytest.approx(-0.3, abs=1e-12)
+
+
+@both
+def test_it_crosses_twice(wrap):
+    """x = 0.5 at y = 0.28 and again at y = -0.28: the deeper crossing counts."""
+    there_and_back = wrap(hold((0, 0.4), (2, -0.4), (-2, 0), dt=2.0))  # x = 2t - t^2, y = 0.4 (1 - t)
+    deeper = 0.5 - 0.4 * (1 - (1 + math.sqrt(0.5)))
+    assert wall_clearance(there_and_back, TIP, DOWN, 0.0) == pytest.approx(-deeper, abs=1e-12)
+    seen = np.min(np.hypot(*(there_and_back.position(np.linspace(0, 2, 100_001)) - TIP).T))
+    assert wall_clearance(there_and_back, TIP, -DOWN, 0.0) == pytest.approx(seen, abs=1e-8)
+
+
+@both
+def test_what_meets_the_ray_and_stays_on_its_side_touches(wrap):
+    grazing = wrap(hold((0, 0), (1, 0), (-1, 0), dt=2.0))  # x = t - t^2/2 <= 1/2
+    assert wall_clearance(grazing, TIP, DOWN, 0.0) == 0
+    arriving = wrap(hold((0, 0), (0.5, 0), (0, 0)))
+    assert wall_clearance(arriving, TIP, DOWN, 0.0) == 0
+    leaving = wrap(hold((0.5, 0), (0.5, 0), (0, 0)))
+    assert wall_clearance(leaving, TIP, DOWN, 0.0) == 0
+    falling = wrap(hold((0.5, 0.4), (0, -1), (0, 0)))  # along the ray
+    assert wall_clearance(falling, TIP, DOWN, 0.0) == 0
+    above = wrap(hold((0.5, 2), (0, -1), (0, 0)))
+    assert wall_clearance(above, TIP, DOWN, 0.0) == pytest.approx(0.5, abs=1e-8)
+    beyond = wrap(hold((0.4, 0), (0, -1), (0, 0)))
+    assert wall_clearance(beyond, TIP, DOWN, 0.0) == pytest.approx(0.1, abs=1e-8)
+
+
+def test_it_changes_sides_along_the_ray():
+    """Onto the ray 0.1 below the tip, down it by 0.25, and off on the other side."""
+    motion = hold((0.4, 0.4), (0.2, 0), (-0.4, 0), (0, -0.5), (0.4, 0.5), dt=1.0)
+    motion = HoldTrajectory(np.array([0, 0.5, 1.5, 2.5]), motion.control, motion.start_position, np.array([0.2, 0]))
+    np.testing.assert_allclose(motion.node_position[1], [0.45, 0.4])
+    moved = HoldTrajectory(motion.nodes, motion.control, np.array([0.45, 0.4]), motion.start_velocity)
+    assert wall_clearance(moved, TIP, DOWN, 0.0) == pytest.approx(-0.35, abs=1e-12)
+
+
+@both
+@pytest.mark.parametrize("seed", range(15))
+def test_walls_agree_with_dense_sampling(seed, wrap):
+    rng = np.random.default_rng(seed)
+    motion, direction = random_motion(rng, scale=0.5), rng.normal(size=2)
+    tip = rng.normal(size=2)
+    clearance = wall_clearance(wrap(motion), tip, direction, 0.0)
+    r = motion.position(np.linspace(0, motion.nodes[-1], 100_001))
+    e = direction / np.hypot(*direction)
+    along, off = (r - tip) @ e, (r - tip) @ np.array([-e[1], e[0]])
+    crossed = np.flatnonzero(off[1:] * off[:-1] < 0)
+    step = np.max(np.hypot(*np.diff(r, axis=0).T))
+    if len(crossed) and np.max(along[crossed]) > step:
+        assert clearance == pytest.approx(-np.max(along[crossed]), abs=step)
+    else:
+        seen = np.min(np.hypot(off, along - np.maximum(along, 0)))
+        assert seen - step <= clearance <= seen + 1e-12
+
+
+def test_an_optimal_motion_touches_its_wall():
+    wall = pm.Wall(tip=(0.5, 0.5))
+    maneuver = pm.Maneuver(
+        start=pm.State(position=(0, 0)), goal=pm.State(position=(1, 0)), duration=1.0, obstacles=[wall]
+    )
+    motion = pm.solve(maneuver, pm.Settings(method=pm.Exact())).trajectory
+    tolerance = TOLERANCE * (1.5 + motion.peak())
+    assert wall_clearance(motion, TIP, DOWN, 1e-9) == pytest.approx(0, abs=2 * tolerance)
+    assert wall_clearance(motion, TIP, -DOWN, 1e-9) == pytest.approx(0, abs=2 * tolerance)
+    assert wall_clearance(motion, TIP + np.array([0, 0.1]), DOWN, 1e-9) == pytest.approx(-0.1, abs=1e-8)
+    for vertices in (ELL * 0.2 + [0.45, 0.55], SQUARE * 0.1 + [0.1, 0.5], SQUARE * [1, 0.2] - [0, 0.5]):
+        seen, inside, step = sampled(motion, vertices, 100_001)
+        clearance = block_clearance(motion, vertices)
+        assert not inside
+        assert seen - step - tolerance <= clearance <= seen
+    low = np.array([[0.49, -0.1], [0.51, -0.1], [0.51, 0.45], [0.49, 0.45]])
+    assert block_clearance(motion, low) == pytest.approx(sampled(motion, low, 100_001)[0], abs=1e-7)
+    high = low + np.array([0, 0.2])
+    seen, inside, _ = sampled(motion, high, 100_001)
+    assert inside
+    assert block_clearance(motion, high) == pytest.approx(seen, abs=1e-4)
+
+
+def test_many_holds_fit_in_memory():
+    angle = np.linspace(0, 6 * math.pi, 20_000)  # round and round the star at its own distance
+    control = -4 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    motion = HoldTrajectory(
+        angle[1] * np.arange(20_001) / 1.0, control / 1.0, np.array([4.0, 0.0]), np.array([0.0, 4.0])
+    )
+    vertices = star(np.random.default_rng(0))
+    seen, _, step = sampled(motion, vertices)
+    assert seen - step <= block_clearance(motion, vertices) <= seen
+
+
+@both
+def test_what_is_no_number_has_no_clearance(wrap):
+    motion = wrap(hold((0, 3), (1, 0), (0, 0), (0, math.nan)))
+    assert math.isnan(block_clearance(motion, SQUARE))
+    assert math.isnan(wall_clearance(motion, TIP, DOWN, 0.0))
