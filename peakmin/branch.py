@@ -24,6 +24,9 @@ APART = 1e-9  # least distance of obstacle times from each other and the ends at
 WORTH_A_DESCENT = 1e-9  # relative improvement of the best peak after which local descent starts from there
 MOST_MOVES = 4  # optima looked at in one box
 IDLE = 1e-4  # of the largest multiplier: below it a wall is tried without
+COARSE = tuple((k + 0.5) / 7 for k in range(7))  # times tried where one box does not prove the rest
+DESCENTS = 3
+NEAR, MOST_TRIALS = 0.02, 300  # of the duration; how far and how often is looked around the best times
 ROOM = 1e-3  # least distance of the times that a search starts from
 EDGE = 0.1  # of a box: how far around a place its times are looked for, so as not to end on a side
 WORTH_A_MOVE = 1e-4  # relative improvement of a box's bound after which another one is
@@ -81,7 +84,10 @@ def certify(
         if few.lower >= (1 - gap) * best.upper:
             leaves = [_past_idle(leaf, push, at) for leaf in few.leaves]
             return Certificate(leaves, min(few.lower, best.upper), best, at, few.nodes, True)
-    waiting = [(root.bound(mass), next(serial), root, best.multipliers)]
+    bound = root.bound(mass)
+    if bound < (1 - gap) * best.upper and start is None:
+        best, at = _elsewhere(mass, best, at)
+    waiting = [(bound, next(serial), root, best.multipliers)]
     nodes = 1
     while q and waiting[0][0] < (1 - gap) * best.upper and best.upper > 0:
         if nodes >= node_limit or time.perf_counter() - began >= time_limit:
@@ -104,6 +110,38 @@ def certify(
     lower = min(leaf.bound(mass) for leaf in leaves)
     complete = best.upper == 0 or lower >= (1 - gap) * best.upper
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
+
+
+def _elsewhere(mass: PointMass, best: Extremal, at: Array) -> tuple[Extremal, Array]:
+    """The best of a few descents, from where a coarse choice of ordered times is best: M* can have several minima."""
+    q = mass.walls
+    if q > len(COARSE) // 2:
+        return best, at
+    points = [np.array(point) for point in itertools.combinations(COARSE, q)]
+    found = sorted(((extremal(mass, point), point) for point in points), key=lambda pair: pair[0].upper)
+    for here, point in found[:DESCENTS]:
+        there, times = descend(mass, here, point)
+        if there.upper < best.upper:
+            best, at = there, times
+    return _polished(mass, best, at)
+
+
+def _polished(mass: PointMass, best: Extremal, at: Array) -> tuple[Extremal, Array]:
+    """Better times nearby without slopes, which M* need not have where a wall stops to push."""
+
+    def value(times: Array) -> float:
+        nonlocal best, at
+        if np.any(np.diff(np.concatenate([[0.0], times, [1.0]])) < APART):
+            return 1e9
+        here = extremal(mass, times)
+        if here.upper < best.upper:
+            best, at = here, times.copy()
+        return here.upper if math.isfinite(here.upper) else 1e9
+
+    simplex = at + np.vstack([np.zeros(mass.walls), NEAR * np.eye(mass.walls)])
+    options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxfev": MOST_TRIALS}
+    minimize(value, at, method="Nelder-Mead", options=options)
+    return best, at
 
 
 def _past_idle(leaf: Leaf, push: Mask, at: Array) -> Leaf:

@@ -25,6 +25,10 @@ class Disc(Model):
 
     kind: Literal["disc"] = "disc"
 
+    def facing(self, angle: float) -> Self:
+        """Itself: a disc looks the same from everywhere."""
+        return self
+
     @property
     def error(self) -> float:
         """Largest relative distance between the shape and the circle: none."""
@@ -57,11 +61,22 @@ class Polygon(Model):
         segments: n, edges in one quadrant.
         fit: "inscribed" has its vertices on the circle (M can only come out larger than the disc's);
             "circumscribed" has its edges on it (M can only come out smaller).
+        align: "axes" has a vertex on each axis, "frame" on the way from start to goal and across it.
     """
 
     kind: Literal["polygon"] = "polygon"
     segments: Annotated[Count, Field(le=10_000)] = 5
     fit: Literal["inscribed", "circumscribed"] = "inscribed"
+    align: Literal["axes", "frame"] = "axes"
+    _turn: float = 0.0  # [rad], of the vertices against the axes
+
+    def facing(self, angle: float) -> Self:
+        """The polygon for a way from start to goal at this angle [rad]."""
+        if self.align == "axes":
+            return self
+        turned = self.model_copy()
+        turned._turn = angle
+        return turned
 
     @classmethod
     def for_error(cls, error: float, fit: Literal["inscribed", "circumscribed"] = "inscribed") -> Self:
@@ -100,13 +115,13 @@ class Polygon(Model):
     @property
     def normals(self) -> Array:
         """Outward unit normals a_j of the edges, at the angles (j + 1/2) pi/(2n); shape (4n, 2)."""
-        angle = (np.arange(4 * self.segments) + 0.5) * (np.pi / (2 * self.segments))
+        angle = (np.arange(4 * self.segments) + 0.5) * (np.pi / (2 * self.segments)) + self._turn
         return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
     @property
     def vertices(self) -> Array:
         """Vertices for M = 1, at the angles j pi/(2n); shape (4n, 2)."""
-        angle = np.arange(4 * self.segments) * (np.pi / (2 * self.segments))
+        angle = np.arange(4 * self.segments) * (np.pi / (2 * self.segments)) + self._turn
         return self.circumradius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
     def gauge(self, u: Array) -> Array:
@@ -120,7 +135,7 @@ class Polygon(Model):
     def _along(self, u: Array, offset: float) -> Array:
         """max_j u . e((j + offset) step): |u| times the cosine of the angle to the nearest e."""
         step = np.pi / (2 * self.segments)
-        turns = np.arctan2(u[..., 1], u[..., 0]) / step - offset
+        turns = (np.arctan2(u[..., 1], u[..., 0]) - self._turn) / step - offset
         away = (turns - np.round(turns)) * step
         along: Array = np.hypot(u[..., 0], u[..., 1]) * np.cos(away)
         return along

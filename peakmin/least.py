@@ -12,6 +12,7 @@ from .bisection import bisect, direct
 from .bracket import Bracket
 from .circle import Disc, Polygon
 from .exact import Extremal, settled
+from .frame import Frame
 from .grid import Aligned
 from .moments import PointMass
 from .spec import Bisection, Exact, Maneuver, Settings
@@ -33,7 +34,8 @@ class LeastPeak:
         self.mass = PointMass.of(maneuver)
         self.count = program.Count()
         self._programs = program
-        self._arguments = (maneuver, circle or settings.circle, settings.grid)
+        shape = (circle or settings.circle).facing(Frame.from_maneuver(maneuver).angle)
+        self._arguments = (maneuver, shape, settings.grid)
         self._feasibility: FeasibilityProgram | None = None
         self._direct: DirectProgram | None = None
         self._known: dict[bytes, Bracket] = {}

@@ -21,6 +21,7 @@ PLAIN = {  # pydantic's error types in the words of a spec file
     "model_type": "an object",
     "model_attributes_type": "an object",
     "too_long": "a list of two numbers",
+    "too_short": "a longer list",
 }
 
 
@@ -116,7 +117,7 @@ def one_line(error: ValidationError, data: Any) -> str:
     found = error.errors(include_url=False)
     # Of a value that fits no member of a union, the deepest finding says most.
     first = max(found, key=lambda item: len(item["loc"])) if _is_union(found) else found[0]
-    path = _path(first["loc"], data)
+    path = _path(first["loc"], data, first["type"] == "missing")
     message = first["msg"]
     if first["type"] == "missing":
         return f"{path}: was missing, must be given"
@@ -144,8 +145,8 @@ def _is_union(found: Sequence[Any]) -> bool:
     return len(found) > 1 and len({item["loc"][:1] for item in found}) == 1
 
 
-def _path(location: Sequence[int | str], data: Any) -> str:
-    """The location as the user wrote it: `obstacles[0].tip`, without the unions' tags."""
+def _path(location: Sequence[int | str], data: Any, absent: bool) -> str:
+    """The location as the user wrote it: `obstacles[0].tip`, without the unions' tags; its last key may be absent."""
     parts: list[str] = []
     here = data
 
@@ -160,7 +161,7 @@ def _path(location: Sequence[int | str], data: Any) -> str:
         elif isinstance(here, Mapping) and key in here:
             parts.append(named(key))
             here = _plain(here[key])
-        elif isinstance(here, Mapping) and last:
+        elif isinstance(here, Mapping) and last and absent:
             parts.append(named(key))
     return "".join(parts).removeprefix(".") or WHOLE
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from .arrays import Array
 from .model import Model, Positive, Vector
@@ -94,7 +95,14 @@ class Block(Model):
         return bool(polygon.contains(at)) or bool(polygon.distance(at) < margin * (1 - 1e-12))
 
 
-Obstacle = Annotated[Wall | Block, Field(discriminator="kind")]
+def _kind(value: Any) -> Any:
+    return value.get("kind", "wall") if isinstance(value, Mapping) else getattr(value, "kind", None)
+
+
+Obstacle = Annotated[
+    Annotated[Wall, Tag("wall")] | Annotated[Block, Tag("block")],
+    Discriminator(_kind),
+]
 
 
 def convex(corners: tuple[Vector, ...]) -> tuple[Vector, ...]:

@@ -214,7 +214,7 @@ def from_bracket(
         keeps = keeping(maneuver, motion)
         kept, distance = keeps.passed(maneuver), keeps.clearance
     status: Status = "solved" if kept and peak <= (limit or math.inf) else "unknown"
-    if limit is not None and bound > limit and proof.scope == "all":
+    if maneuver.too_far or (limit is not None and bound > limit and proof.scope == "all"):
         status = "infeasible"
     return Plan(maneuver, settings, status, motion, walls, seconds, distance, peak, bound, proof, multipliers, made)
 

@@ -6,6 +6,7 @@ import itertools
 import math
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,10 +16,11 @@ from .cells import Cells
 from .certify import Proof
 from .circle import Disc, Polygon
 from .errors import SpecError
+from .frame import Frame
 from .grid import Uniform
 from .least import LeastPeak
 from .moments import PointMass
-from .plan import Plan, peak_of
+from .plan import Plan, from_bracket, peak_of
 from .progress import Progress
 from .scene import FIRST_LIFT, LIFTS, Search
 from .spec import (
@@ -52,9 +54,9 @@ def solve(maneuver: Maneuver, settings: Settings | None = None, progress: Progre
     settings = settings or Settings()
     check(maneuver, settings)
     if maneuver.blocks:
-        return _past_blocks(maneuver, settings, progress)
+        return _keeping(_past_blocks(maneuver, settings, progress))
     if isinstance(settings.search, GlobalSearch):
-        return _global(maneuver, settings, progress)
+        return _keeping(_global(maneuver, settings, progress))
     if isinstance(settings.search, RefineSearch):
         return _refine(maneuver, settings, progress)
     return sweep(maneuver, settings, progress=progress).best
@@ -66,7 +68,7 @@ def _global(maneuver: Maneuver, settings: Settings, progress: Progress | None) -
     assert isinstance(settings.search, GlobalSearch)
     mass = PointMass.of(maneuver)
     found = certify(mass, settings.search.gap, settings.node_limit, settings.time_limit or math.inf, progress)
-    least = LeastPeak(maneuver, settings)
+    least = LeastPeak(maneuver.past(maneuver.walls), settings)
     times = found.times * mass.time
     same = isinstance(settings.method, Exact) or (
         isinstance(settings.circle, Disc) and not isinstance(settings.grid, Uniform)
@@ -74,7 +76,7 @@ def _global(maneuver: Maneuver, settings: Settings, progress: Progress | None) -
     if not same and mass.walls:
         times = _closer(least, times, NEARBY * mass.time)
     proof = Proof("all", tuple(found.leaves))
-    return plan_at(least, times, began, nodes=found.nodes, proof=proof)
+    return plan_at(least, times, began, nodes=found.nodes, proof=proof, of=maneuver)
 
 
 def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | None) -> Plan:
@@ -109,6 +111,30 @@ def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | No
             break
         past = raised
     return plan
+
+
+def _keeping(plan: Plan) -> Plan:
+    """The plan, or where its path leaves the region, goes too fast or meets a wall again, one that does not."""
+    if plan.status == "infeasible" or plan.trajectory is None or plan.keeping().passed(plan.maneuver):
+        return plan
+    from .keep import KeptProgram
+    from .program import Count
+
+    began, count = time.perf_counter(), Count()
+    circle = plan.settings.circle.facing(Frame.from_maneuver(plan.maneuver).angle)
+    program = KeptProgram(plan.maneuver, plan.walls, circle, plan.settings.grid, count)
+    found = program.best(plan.obstacle_times / plan.maneuver.duration)
+    if found is None:
+        return plan
+    times, bracket, motion = found
+    made = replace(
+        plan.made,
+        compilations=plan.made.compilations + count.compilations,
+        solves=plan.made.solves + count.solves,
+        seconds=plan.made.seconds + time.perf_counter() - began,
+    )
+    kept = replace(bracket, multipliers=plan.multipliers)
+    return from_bracket(plan.maneuver, plan.settings, times, kept, motion, plan.proof, made, plan.walls)
 
 
 def _refine(maneuver: Maneuver, settings: Settings, progress: Progress | None) -> Plan:

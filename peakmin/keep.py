@@ -1,0 +1,170 @@
+"""A held control whose path keeps a region, a speed, and the near and far sides of walls, at given obstacle times.
+
+These hold at every instant, so no finite set of equations states them: they are asked for at the nodes, a little more
+than needed, until the path between the nodes keeps them too (`peakmin.keeping`). For fixed times it is one program,
+
+    maximise kappa = 1/M  subject to  v_k in shape,  A v = kappa b,   n . r_k >= kappa c,   |V_k| <= kappa max_speed
+
+with r and V the position and velocity at the nodes, kappa times as large. The lower bound stays that of the problem
+without these conditions. A region, a speed, and "near side until the first crossing" are conditions of the problem or
+of every path that crosses first at T_i; "far side from then on" is a choice, and may cost something.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass, field
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+from scipy.optimize import minimize
+
+from .arrays import Array
+from .bracket import Bracket, HoldProblem
+from .circle import Disc, Polygon
+from .grid import Aligned, Uniform
+from .keeping import Keeping, extent, inward, keeping
+from .moments import PointMass
+from .obstacles import Wall
+from .program import OPTIONS, Count
+from .spec import Maneuver
+from .trajectory import HoldTrajectory
+
+TRIES = 6  # of asking a little more
+FIRST_ROOM = 1e-9  # of the scene: asked more than needed at first
+MOST_TIMES = 25  # obstacle times looked at around the first ones
+
+
+@dataclass
+class KeptProgram:
+    """The program of one maneuver past the given walls."""
+
+    maneuver: Maneuver
+    walls: tuple[Wall, ...]
+    circle: Disc | Polygon
+    grid: Uniform | Aligned
+    count: Count = field(default_factory=Count)
+
+    def __post_init__(self) -> None:
+        self.mass = PointMass.of(self.maneuver.past(self.walls))
+        self.size = extent(self.maneuver)
+
+    def best(self, times: Array) -> tuple[Array, Bracket, HoldTrajectory] | None:
+        """The least peak near the obstacle times [scaled], (q,): placed times, bracket, motion; or None."""
+        found: list[tuple[float, Array, Bracket, HoldTrajectory]] = []
+
+        def value(at: Array) -> float:
+            if np.any(np.diff(np.concatenate([[0.0], at, [1.0]])) < 1e-3):
+                return 1e9
+            kept = self.at(at)
+            if kept is None:
+                return 1e9
+            found.append((kept[1].upper, *kept))
+            return kept[1].upper
+
+        if len(times) and isinstance(self.grid, Aligned):
+            simplex = times + np.vstack([np.zeros(len(times)), 0.05 * np.eye(len(times))])
+            options = {
+                "initial_simplex": np.clip(simplex, 0.01, 0.99),
+                "maxfev": MOST_TIMES,
+                "xatol": 1e-4,
+                "fatol": 1e-7,
+            }
+            minimize(value, times, method="Nelder-Mead", options=options)
+        else:
+            value(times)
+        return min(found, key=lambda one: one[0])[1:] if found else None
+
+    def at(self, times: Array) -> tuple[Array, Bracket, HoldTrajectory] | None:
+        """The same at these times: asks for more at the nodes until the path between them keeps everything."""
+        placed = self.grid.place(times)
+        room = {"sides": 0.0, "region": FIRST_ROOM * self.size, "speed": 0.0}
+        for _ in range(TRIES):
+            bracket = self._solve(placed, room)
+            if bracket.control is None:
+                return None
+            motion = self._motion(placed, bracket.control)
+            kept = keeping(self.maneuver, motion)
+            if kept.passed(self.maneuver):
+                return placed, bracket, motion
+            self._ask_more(motion, kept, room)
+        return None
+
+    def _ask_more(self, motion: HoldTrajectory, kept: Keeping, room: dict[str, float]) -> None:
+        if not kept.region >= 0:
+            room["region"] += 1.3 * -kept.region + FIRST_ROOM * self.size
+        if self.maneuver.max_speed is not None and kept.speed > self.maneuver.max_speed:
+            room["speed"] += 1.3 * (kept.speed - self.maneuver.max_speed) + 1e-9 * self.maneuver.max_speed
+        if not kept.walls >= 0:  # touched from the near side: what a hold bends between its ends
+            bend = motion.peak() * float(np.max(np.diff(motion.nodes))) ** 2 / 8
+            room["sides"] = max(2 * room["sides"], bend)
+
+    def _motion(self, placed: Array, control: Array) -> HoldTrajectory:
+        start, mass = self.maneuver.start, self.mass
+        nodes = self.grid.edges(placed) * mass.time
+        return HoldTrajectory(nodes, control * mass.unit, np.array(start.position), np.array(start.velocity))
+
+    def _solve(self, placed: Array, room: dict[str, float]) -> Bracket:
+        """The bracket [scaled] of the program at placed times; without control where there is none."""
+        mass, edges = self.mass, self.grid.edges(placed)
+        problem = HoldProblem(mass, self.circle, placed, edges)
+        v, kappa = cp.Variable((len(edges) - 1, 2)), cp.Variable()
+        s = cp.Variable(mass.walls) if mass.walls else None
+        b, rows = mass.targets(placed), problem.rows
+        size = 1.0 / (mass.floor(placed) or 1.0)  # keeps kappa near one
+        constraints: list[Any] = [*self.circle.constraints(v), rows[:2] @ v == kappa * size * b[:2]]
+        for i in range(mass.walls):
+            assert s is not None
+            beyond = s[i] * mass.free[i] if mass.clear[i] else np.zeros(2)
+            constraints += [rows[2 + i] @ v == kappa * size * b[2 + i] + beyond, s[i] >= 0]
+            if math.isfinite(mass.width[i]):
+                constraints.append(s[i] <= kappa * size * mass.width[i])
+        r, speed = cp.Variable((len(edges), 2)), cp.Variable((len(edges), 2))
+        dt = np.diff(edges)[:, None] @ np.ones((1, 2))
+        constraints += [
+            r[0] == 0,
+            speed[0] == kappa * size * mass.v0,
+            speed[1:] == speed[:-1] + cp.multiply(dt, v),
+            r[1:] == r[:-1] + cp.multiply(dt, speed[:-1]) + cp.multiply(dt**2 / 2, v),
+        ]
+        constraints += self._planes(r, kappa * size, edges, placed, room)
+        if self.maneuver.max_speed is not None:
+            fastest = (self.maneuver.max_speed - room["speed"]) * mass.time / mass.length
+            constraints.append(cp.SOC(kappa * size * fastest * np.ones(len(edges) - 1), speed[1:], axis=1))
+        self.count.compilations += 1
+        self.count.solves += 1
+        program = cp.Problem(cp.Maximize(kappa), constraints)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                program.solve(solver="CLARABEL", **OPTIONS["CLARABEL CAREFUL"])
+        except (cp.SolverError, ValueError, ArithmeticError):
+            return Bracket()
+        if v.value is None or kappa.value is None or not kappa.value > 1e-9:
+            return Bracket()
+        upper, control = problem.upper(v.value / (kappa.value * size))
+        return Bracket(upper=upper, control=control)
+
+    def _planes(self, r: Any, kappa: Any, edges: Array, placed: Array, room: dict[str, float]) -> list[Any]:
+        """n . r_k >= kappa c: the region at every node, the lines of the user's walls before and after the crossing."""
+        mass, out = self.mass, []
+        if self.maneuver.region is not None:
+            normals, offsets = inward((np.array(self.maneuver.region) - mass.origin) / mass.length)
+            out.append(r @ normals.T >= kappa * (offsets + room["region"] / mass.length))
+        for wall, tip, free, at in zip(self.walls, mass.tips, mass.free, placed, strict=True):
+            if wall not in self.maneuver.walls:
+                continue
+            normal = np.array([-free[1], free[0]])
+            for where, end in ((edges < at - 1e-12, np.zeros(2)), (edges > at + 1e-12, mass.pf)):
+                side = float(normal @ (end - tip))
+                if abs(side) > 1e-12 and np.any(where):
+                    # the room that is asked for shrinks towards the crossing itself
+                    share = np.minimum(1.0, np.abs(edges[where] - at) / max(at if end is not mass.pf else 1 - at, 1e-9))
+                    keep = room["sides"] / mass.length * share
+                    out.append(
+                        math.copysign(1, side) * (r[np.flatnonzero(where)] @ normal - kappa * (normal @ tip))
+                        >= kappa * keep
+                    )
+        return out
