@@ -224,6 +224,8 @@ def inside(low: Array, high: Array) -> Array:
         if len(same) > 1:
             lowest, highest = floors[same[0]], ceilings[same[-1]]
             times[same] = lowest + (highest - lowest) * np.arange(1, len(same) + 1) / (len(same) + 1)
+    for i in range(1, q):
+        times[i] = max(times[i], times[i - 1] + APART)
     return np.asarray(times)
 
 

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from .arrays import Array
 from .model import Model, Positive, Vector
 
-ROUND = 8  # edges of a quarter circle around a corner that a margin rounds off, inside the true one
+ROUND = 32  # edges of a quarter circle around a corner that a margin rounds off, inside the true one
 
 
 class Wall(Model):

@@ -12,11 +12,18 @@ import matplotlib.pyplot as plt
 import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.quiver import Quiver
 from numpy.typing import ArrayLike
 
 from .arrays import Array
 from .circle import Polygon
+from .errors import SpecError
+from .least import LeastPeak
+from .search import solve
+from .spec import Exact, Maneuver, Settings, walls_only
 from .trajectory import HoldTrajectory
 
 if TYPE_CHECKING:
@@ -25,7 +32,7 @@ if TYPE_CHECKING:
     from .sweep import Sweep
 
 # Okabe and Ito's colours in an order whose lightness differs too; dashes tell the lines apart in grey.
-BLUE, ORANGE, GREEN, PINK, BLACK = "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000"
+BLUE, ORANGE, GREEN, PINK, BLACK, RED = "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#D55E00"
 STYLE: Any = {  # matplotlib's rc parameters
     "axes.prop_cycle": cycler(color=[BLUE, ORANGE, BLACK, GREEN, PINK], linestyle=["-", "--", "-.", ":", (0, (5, 1))]),
     "axes.grid": True,
@@ -39,6 +46,16 @@ STYLE: Any = {  # matplotlib's rc parameters
     "savefig.dpi": 150,
 }
 WALL: Any = {"color": "#555555", "linewidth": 4, "linestyle": "-", "solid_capstyle": "butt", "zorder": 3}
+LINE: Any = {"color": BLACK, "linewidth": 1.4, "linestyle": ":", "zorder": 3}
+BLOCK: Any = {"facecolor": "#d0d0d0", "edgecolor": "#333333", "linewidth": 1.2, "linestyle": "-", "zorder": 2}
+BELOW: Any = {  # a legend under the axes, at a distance in units of its letters: clear of the ticks and the label
+    "fontsize": "small",
+    "loc": "upper center",
+    "bbox_to_anchor": (0.5, 0),
+    "borderaxespad": 4.8,
+    "frameon": False,
+}
+DEPTH = 4.0  # times the least peak at which the colours of a map end
 
 
 def _axes(ax: Axes | None) -> Axes:
@@ -109,36 +126,79 @@ def control_size(plan: Plan, ax: Axes | None = None) -> Axes:
     ax.axhline(plan.peak, color=BLACK, linewidth=0.9, label=f"peak {plan.peak:.6g}")
     ax.axhline(plan.lower_bound, color=ORANGE, linestyle="--", linewidth=1.2, label=f"bound {plan.lower_bound:.6g}")
     ax.set(xlabel="t [s]", ylabel="acceleration [m/s²]", ylim=(-1.15 * plan.peak or -1, 1.15 * plan.peak or 1))
-    ax.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3)
+    ax.legend(ncols=3, **BELOW)
     return ax
 
 
-def path(plan: Plan, ax: Axes | None = None) -> Axes:
-    """The path of the centre of mass with walls and crossing points (the paper's figure 8)."""
+def path(plan: Plan, ax: Axes | None = None, arrows: int = 24) -> Axes:
+    """The path of the centre of mass past its obstacles (the paper's figure 8).
+
+    Args:
+        arrows: how many times to draw the acceleration at; 0 for none.
+    """
     ax = _axes(ax)
-    maneuver = plan.maneuver
-    points = [np.array(maneuver.start.position), np.array(maneuver.goal.position)]
+    maneuver, track = plan.maneuver, np.array([plan.maneuver.start.position, plan.maneuver.goal.position])
     if plan.trajectory is not None:
-        track = plan.position(np.linspace(0, maneuver.duration, 600))
-        ax.plot(*track.T, color=BLUE, linestyle="-", label="path of the centre of mass")
-        points += list(track)
-    tips = [np.array(w.tip) for w in plan.walls]
-    cloud = np.array([*points, *tips])
-    low, high = cloud.min(axis=0), cloud.max(axis=0)
-    room = max(float(np.max(high - low)), 1e-12)
-    for i, wall in enumerate(plan.walls):
-        direction = np.array(wall.direction) / np.hypot(*wall.direction)
-        ray = np.array([tips[i], tips[i] + room * direction])
-        ax.plot(*ray.T, label="wall" if i == 0 else None, **WALL)
-    if plan.trajectory is not None and len(plan.obstacle_times):
-        ax.plot(*plan.position(plan.obstacle_times).T, "D", color=ORANGE, markeredgecolor=BLACK, label="crossing")
-    ax.plot(*maneuver.start.position, "o", color=BLACK, label="start")
-    ax.plot(*maneuver.goal.position, "s", color=BLACK, label="goal")
-    margin = 0.12 * room
-    ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - 2 * margin, high[1] + margin))
-    ax.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    ax.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3)
+        track = np.vstack([track, plan.position(np.linspace(0, maneuver.duration, 600))])
+    low, high = _view(plan, track)
+    size = float(np.max(high - low))
+    _obstacles(ax, plan, 2 * size)
+    if plan.trajectory is not None:
+        ax.plot(*track[2:].T, color=BLUE, linestyle="-", linewidth=1.8, label="path of the centre of mass", zorder=4)
+        if arrows:
+            t = (np.arange(arrows) + 0.5) / arrows * maneuver.duration
+            u = plan.acceleration(t)
+            longest: Any = {"angles": "xy", "scale_units": "xy", "scale": (np.max(np.hypot(*u.T)) or 1) / (0.12 * size)}
+            shape: Any = {"width": 0.004, "headwidth": 4, "headlength": 5, "headaxislength": 4.5, "minshaft": 2}
+            ax.quiver(*plan.position(t).T, *u.T, color=RED, zorder=5, label="acceleration", **longest, **shape)
+        if len(plan.obstacle_times):
+            mark: Any = {"linestyle": "none", "marker": "D", "markersize": 5, "color": ORANGE, "zorder": 6}
+            ax.plot(*plan.position(plan.obstacle_times).T, markeredgecolor=BLACK, label="crossing", **mark)
+    ends: Any = {"linestyle": "none", "markersize": 6, "color": BLACK, "zorder": 6}
+    ax.plot(*maneuver.start.position, marker="o", label="start", **ends)
+    ax.plot(*maneuver.goal.position, marker="s", label="goal", **ends)
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
+    ax.set_aspect("equal", anchor="S")  # from below: the layout then knows where the legend ends
+    handles, labels = ax.get_legend_handles_labels()
+    arrow = Line2D([], [], linestyle="none", color=RED, marker=r"$\rightarrow$", markersize=11)
+    handles = [arrow if isinstance(handle, Quiver) else handle for handle in handles]
+    ax.legend(handles, labels, ncols=3, **BELOW)
     return ax
+
+
+def _view(plan: Plan, track: Array) -> tuple[Array, Array]:
+    """Lower left and upper right corner of the picture: all of the path, and of the rest what is not too far away."""
+    maneuver = plan.maneuver
+    low, high = track.min(axis=0), track.max(axis=0)
+    reach = 0.75 * max(float(np.max(high - low)), 1e-12)
+    middle = (low + high) / 2
+    rays = [ray for wall in {*maneuver.walls, *plan.walls} for ray in wall.rays]
+    rest = [tip for tip, _ in rays] + [tip + 0.4 * reach * along for tip, along in rays]
+    rest += [corner for block in maneuver.blocks for ring in block.grown(maneuver.margin) for corner in ring]
+    cloud = np.array(
+        [low, high, *np.clip(np.reshape([*rest, *(maneuver.region or ())], (-1, 2)), middle - reach, middle + reach)]
+    )
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    room = 0.08 * max(float(np.max(high - low)), reach)
+    return low - room, high + room
+
+
+def _obstacles(ax: Axes, plan: Plan, far: float) -> None:
+    """Region, blocks, margins, walls, and the lines that the search put up, drawn `far` [m] from their tips."""
+    maneuver = plan.maneuver
+    if maneuver.region is not None:
+        edge: Any = {"edgecolor": BLACK, "linewidth": 1.2, "linestyle": "-.", "zorder": 2}
+        ax.fill(*np.transpose(maneuver.region), facecolor="none", label="region", **edge)
+    for i, block in enumerate(maneuver.blocks):
+        ax.fill(*np.transpose(block.vertices), label=None if i else "block", **BLOCK)
+    rings = [ring for block in maneuver.blocks for ring in block.grown(maneuver.margin)] if maneuver.margin else []
+    for i, ring in enumerate(rings):
+        dashes: Any = {"color": "#444444", "linewidth": 0.9, "linestyle": "--", "zorder": 3}
+        ax.plot(*np.vstack([ring, ring[:1]]).T, label=None if i else "margin", **dashes)
+    lines = [wall for wall in plan.walls if wall not in maneuver.walls]
+    for name, walls, style in (("wall", maneuver.walls, WALL), ("line", lines, LINE)):
+        for i, (tip, along) in enumerate(ray for wall in walls for ray in wall.rays):
+            ax.plot(*np.array([tip, tip + far * along]).T, label=None if i else name, **style)
 
 
 def peak_over_time(sweep: Sweep, ax: Axes | None = None, label: str | None = None) -> Axes:
@@ -158,6 +218,56 @@ def peak_over_time(sweep: Sweep, ax: Axes | None = None, label: str | None = Non
         ax.set_yscale("log")
     ax.set(xlabel="$T_{obs}$ [s]", ylabel="least M [m/s²]")
     ax.legend()
+    return ax
+
+
+def peak_map(maneuver: Maneuver, settings: Settings | None = None, count: int = 40, ax: Axes | None = None) -> Axes:
+    """Least peak in continuous time over (T_1, T_2) for two walls, on `count` x `count` cells.
+
+    Args:
+        settings: to solve the maneuver with; its times are marked. Default: the least of the cells is.
+
+    Raises:
+        SpecError: when the maneuver is anything but two walls.
+    """
+    walls_only(maneuver, "a map of the peak")
+    if len(maneuver.walls) != 2:
+        raise SpecError(f"maneuver.obstacles: was {len(maneuver.walls)} walls, must be 2 for a map of the peak")
+    if count < 3:
+        raise SpecError(f"count: was {count}, must be at least 3")
+    least_peak = LeastPeak(maneuver, Settings(method=Exact()))
+    mass, t = least_peak.mass, (np.arange(count) + 0.5) / count * maneuver.duration
+    peak = np.full((count, count), np.nan)  # rows are T_2
+    for i, j in zip(*np.triu_indices(count, 1), strict=True):
+        peak[j, i] = (
+            mass.floor(t[[i, j]] / mass.time) * mass.unit
+        )  # at most the least peak; too large: no more is shown
+    base, best, least = 0.1 * float(np.nanquantile(peak, 0.1)), (0, 1), np.inf
+    for flat in np.argsort(peak, axis=None)[: count * (count - 1) // 2]:
+        j, i = divmod(int(flat), count)
+        if peak[j, i] > DEPTH * max(least, base):
+            break
+        peak[j, i] = least_peak(t[[i, j]]).upper * mass.unit
+        if peak[j, i] < least:
+            best, least = (i, j), float(peak[j, i])
+    times, size, name = t[list(best)], least, "least of the cells"
+    if settings is not None:
+        plan = solve(maneuver, settings)
+        times, size, name = plan.obstacle_times, plan.peak, "solution"
+
+    ax = _axes(ax)
+    top = DEPTH * max(least, base) or 1.0
+    levels, shown = np.geomspace(max(least, top / 100), top, 13), np.ma.masked_invalid(np.minimum(peak, 10 * top))
+    ends: Any = "max" if levels[0] == least else "both"
+    colours = ax.contourf(t, t, shown, levels=levels, cmap="cividis", norm=LogNorm(), extend=ends)
+    ax.contour(t, t, shown, levels=levels, colors=BLACK, linewidths=0.4)
+    mark: Any = {"linestyle": "none", "marker": "D", "color": ORANGE, "markeredgecolor": BLACK}
+    ax.plot(*times, label=f"{name}: {size:.4g} m/s² at {times[0]:.3g} s, {times[1]:.3g} s", **mark)
+    bar = ax.figure.colorbar(colours, ax=ax, label="least peak [m/s²]", ticks=levels[::3], format="%.3g")
+    bar.ax.minorticks_off()
+    ax.set(xlim=(0, mass.time), ylim=(0, mass.time), xlabel="$T_1$ [s]", ylabel="$T_2$ [s]")
+    ax.set_aspect("equal", anchor="S")
+    ax.legend(**BELOW)
     return ax
 
 
@@ -188,5 +298,5 @@ def budget(errors: ErrorBudget, ax: Axes | None = None) -> Axes:
     ax.axvline(errors.total, color=BLACK, linestyle="--", label=f"stated - true: {errors.total:+.3g}")
     ax.axvline(0, color=BLACK, linewidth=0.8)
     ax.set(yticks=[], xlabel=f"M(settings) - M(true) [m/s²], M(true) = {errors.true:.6g}")
-    ax.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    ax.legend(ncols=2, **BELOW)
     return ax

@@ -30,7 +30,9 @@ from .ways import Branch
 SAMPLES = 2000  # of a path when looking for its worst place; what is free is proved by `peakmin.clearance`
 SNAP = 0.05  # of a strip: a line this close to the strip's end is put there, where the corner is
 A_LITTLE = 0.05  # of the scene: a path that is no deeper in a block is raised clear of it
+NEAR = 0.03  # of the way: lines closer than this replace each other
 IDLE = 1e-6  # of the largest multiplier
+SHALLOW = 1e-7  # of the scene: a path no deeper in a block is left to be raised
 FIRST_LIFT = 1e-8  # of the scene
 LIFTS = 8
 BOXES = 40  # of obstacle times at first; ten times as many where a node's own gap is what is left
@@ -73,15 +75,13 @@ class _Node:
     lines: tuple[float, ...]
     past: Maneuver
     certificate: Certificate
-    bound: float
+    bound: float  # and the branch that proves it, this node's own or an ancestor's
+    branch: Branch
+    tried: frozenset[float] = frozenset()  # lines that were put in on the way here
 
     @property
     def mass(self) -> PointMass:
         return PointMass.of(self.past)
-
-    @property
-    def branch(self) -> Branch:
-        return Branch(self.way, self.lines, tuple(self.certificate.leaves))
 
 
 class Search:
@@ -102,7 +102,7 @@ class Search:
     def run(self, way: Way, rounds: int, time_limit: float, progress: Progress | None) -> Found:
         """Search until the gap is reached, or for so many rounds and seconds."""
         began = time.perf_counter()
-        self._push(self._solve(way, (), 0.0))
+        self._push(self._solve(way, ()))
         last = self._heap[0][2]
         while self._heap and self._heap[0][0] < (1 - self.gap) * self.upper:
             if self.rounds >= rounds or time.perf_counter() - began > time_limit:
@@ -125,12 +125,17 @@ class Search:
             heapq.heappush(self._heap, (node.bound, next(self._serial), node))
 
     def _solve(
-        self, way: Way, lines: tuple[float, ...], known: float, path: Array | None = None, boxes: int = BOXES
+        self,
+        way: Way,
+        lines: tuple[float, ...],
+        parent: _Node | None = None,
+        path: Array | None = None,
+        boxes: int = BOXES,
     ) -> _Node | None:
         """The certified least peak past these lines; None where no path has such a way.
 
         Args:
-            known: a bound that holds already.
+            parent: whose bound holds too.
             path: samples of a path that crosses the lines at about the right times.
         """
         past = self.cells.maneuver_past(way, lines)
@@ -142,7 +147,13 @@ class Search:
             start = np.array([np.argmax(path[:, 0] >= x) / SAMPLES for x in self.cells.marks(way, lines)])
         found = certify(mass, self.gap / 4, node_limit=boxes, start=start)
         self.boxes += found.nodes
-        return _Node(way, lines, past, found, max(known, found.lower * mass.unit))
+        bound, branch = found.lower * mass.unit, Branch(way, lines, tuple(found.leaves))
+        tried = frozenset(lines)
+        if parent is not None:
+            tried |= parent.tried
+            if parent.bound > bound:
+                bound, branch = parent.bound, parent.branch
+        return _Node(way, lines, past, found, bound, branch, tried)
 
     def _expand(self, node: _Node) -> Iterator[_Node | None]:
         """The nodes that together stand for this one; it is closed where nothing can be done for it."""
@@ -150,23 +161,33 @@ class Search:
         outside = self._outside(node.way, path)
         if outside.depth <= A_LITTLE * self.cells.size:
             self._raise(node)
-        room = 1e-12 * self.cells.size
+        room = SHALLOW * self.cells.size
         if node.bound >= (1 - self.gap) * self.upper:
             self._closed.append(node)
         elif outside.hull > room and len(node.past.walls) < MOST_CERTIFIED and outside.line not in node.lines:
-            yield self._solve(node.way, (*self._pushing(node), outside.line), node.bound, path)
+            yield self._solve(node.way, self._with(node, outside.line), node, path)
         elif outside.depth > room and len(node.way[outside.strip]) > 1:
             for gap in node.way[outside.strip]:
                 way = self.cells.through(tuple((gap,) if k == outside.strip else g for k, g in enumerate(node.way)))
                 if way is None:
                     continue
                 there = self._outside(way, path)
-                lines = (*self._pushing(node), there.line) if there.hull > room else node.lines
-                yield self._solve(way, tuple(dict.fromkeys(lines)), node.bound, path)
+                lines = self._with(node, there.line) if there.hull > room else node.lines
+                yield self._solve(way, lines, node, path)
         elif not node.certificate.complete and node.certificate.nodes < 10 * BOXES:
-            yield self._solve(node.way, node.lines, node.bound, path, 10 * BOXES)
+            yield self._solve(node.way, node.lines, node, path, 10 * BOXES)
         else:
             self._closed.append(node)
+
+    def _with(self, node: _Node, line: float) -> tuple[float, ...]:
+        """The lines that matter and this one, in place of those close to it unless it has been tried already.
+
+        Around a rounded corner the one line that is needed is so found; lines side by side make times coincide.
+        """
+        lines = [x for x in self._pushing(node) if x != line]
+        if line not in node.tried:
+            lines = [x for x in lines if abs(x - line) > NEAR * self.cells.length]
+        return (*lines, line)
 
     def _pushing(self, node: _Node) -> tuple[float, ...]:
         """The lines whose walls matter to the node's path; without the others it is the same."""
