@@ -1,11 +1,12 @@
 """The ways past blocks, seen in the frame of the maneuver (start at the origin, goal at (D, 0)).
 
-Vertical lines through all corners cut 0 < x < D into strips; in a strip the free part falls into gaps, each between
-two edges: a trapezoid. Let T_q be the time at which a path first crosses the last line and T_i the last time before
-T_{i+1} at which it crosses line i. From T_i to T_{i+1} the path is in one strip, and hence in one gap: every free path
-has a way, a gap for each strip, neighbours meeting on the line between them. And it crosses any line x = d that is put
-into a strip at such a time within its gap there. These are necessary conditions, of every free path without exception.
-That it goes straight on before T_1 and after T_q is not, and nothing here says so.
+Vertical lines through all corners cut 0 <= x <= D into strips; in a strip the free part falls into gaps, each between
+two edges: a trapezoid. Let a_k be the last time at which a path crosses the left end of strip k, and b_k the first time
+after it at the right end. From a_k to b_k it is in the strip, and hence in one gap; b_k <= a_{k+1}; and what it does in
+between stays to the right of the left end of strip k. So every free path has a way: a gap for each strip, the next one
+to be reached from it without going back. It crosses any line put into a strip, or at either end of it, within its gap
+there, in order. These are necessary conditions, of every free path without exception, also of one that turns back on
+its way and goes forward again elsewhere. That a path keeps to 0 <= x <= D is not, and nothing here says so.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ SAME = 1e-12  # of the scene's size: lines closer than this are one, gaps that o
 
 Interval = tuple[float, float]
 Way = tuple[tuple[int, ...], ...]  # the gaps that are left in each strip, by their numbers from below
+Line = tuple[float, int]  # its x [m] and the strip whose gap it is crossed in: at a strip's end there is a choice
 
 
 @dataclass(frozen=True)
@@ -99,11 +101,14 @@ class Cells:
     @cached_property
     def lines(self) -> list[float]:
         """The x of all strips' ends, 0 and D included."""
-        corners = sorted({float(x) for ring in self.solid for x in ring[:, 0]} | {x for x, _ in self.walls})
+        walls = {x for x, _ in self.walls}
+        corners = {float(x) for ring in self.solid for x in ring[:, 0]}
         out = [0.0]
-        for x in corners:
+        for x in sorted(corners | walls):
             if out[-1] + SAME * self.size < x < self.length - SAME * self.size:
                 out.append(x)
+            elif x in walls:
+                out[-1] = x
         return [*out, self.length]
 
     @cached_property
@@ -142,10 +147,32 @@ class Cells:
     def through(self, way: Way) -> Way | None:
         """The way without gaps that lead nowhere; None where nothing is left."""
         kept = [list(gaps) for gaps in way]
-        order = [*((k, k - 1) for k in range(1, len(kept))), *((k, k + 1) for k in range(len(kept) - 2, -1, -1))]
-        for k, other in order:
-            kept[k] = [g for g in kept[k] if any(self._meet(k, g, other, h) for h in kept[other])]
+        for k in range(1, len(kept)):
+            reached = {h for g in kept[k - 1] for h in self.follow[k - 1][g]}
+            kept[k] = [h for h in kept[k] if h in reached]
+        for k in range(len(kept) - 2, -1, -1):
+            after = set(kept[k + 1])
+            kept[k] = [g for g in kept[k] if not after.isdisjoint(self.follow[k][g])]
         return tuple(map(tuple, kept)) if all(kept) else None
+
+    @cached_property
+    def follow(self) -> list[list[frozenset[int]]]:
+        """For each gap of each strip but the last those of the next that are reached without leaving to its left."""
+        last = len(self.gaps) - 1
+        label = [0] * len(self.gaps[last])  # beyond the goal's line everything may be connected
+        out: list[list[frozenset[int]]] = []
+        for k in range(last - 1, -1, -1):
+            own = list(range(-1, -1 - len(self.gaps[k]), -1))
+            for g in range(len(self.gaps[k])):
+                for h in range(len(self.gaps[k + 1])):
+                    if self._meet(k, g, k + 1, h):
+                        old, new = own[g], label[h]
+                        own = [new if name == old else name for name in own]
+                        label = [new if name == old else name for name in label]
+            out.append([frozenset(h for h, name in enumerate(label) if name == own[g]) for g in range(len(own))])
+            names = {name: i for i, name in enumerate(dict.fromkeys(own))}
+            label = [names[name] for name in own]
+        return out[::-1]
 
     def _meet(self, k: int, g: int, other: int, h: int) -> bool:
         x = self.lines[max(k, other)]
@@ -165,18 +192,26 @@ class Cells:
         far = 0.0 if wall.contact == "touch" else far
         return (tip, tip + far) if up else (tip - far, tip)
 
-    def interval(self, way: Way, x: float) -> Interval:
-        """Where a path with one of these ways crosses the line at x: the hull of the gaps', and of any wall there."""
-        low, high = -math.inf, math.inf
-        for k, (a, b) in enumerate(zip(self.lines, self.lines[1:], strict=False)):
-            if a <= x <= b:
-                sections = [self.gaps[k][g].at(x) for g in way[k]]
-                low, high = max(low, min(s[0] for s in sections)), min(high, max(s[1] for s in sections))
+    def interval(self, way: Way, line: Line) -> Interval:
+        """Where a path with one of these ways crosses the line: the hull of the gaps', and of any wall there."""
+        x, k = line
+        sections = [self.gaps[k][g].at(x) for g in way[k]]
+        low, high = min(s[0] for s in sections), max(s[1] for s in sections)
         for at, wall in self.walls:
             if at == x:
                 e, f = self._free(wall)
                 low, high = max(low, e), min(high, f)
         return low, high
+
+    @cached_property
+    def fixed(self) -> list[Line]:
+        """The lines of the user's walls."""
+        return [(x, self.lines.index(x) - 1) for x, _ in self.walls]
+
+    def has(self, line: Line) -> bool:
+        """Whether there is such a line: strictly between start and goal, in its strip or at its end."""
+        x, k = line
+        return 0 <= k < len(self.gaps) and self.lines[k] <= x <= self.lines[k + 1] and 0 < x < self.length
 
     def wall(self, interval: Interval, x: float) -> Wall | None:
         """The wall, seen from outside, that leaves this interval of the line at x free; None where all of it is."""
@@ -191,28 +226,28 @@ class Cells:
             return Wall(tip=tip, direction=direction, contact="touch")
         return Wall(tip=tip, direction=direction, opening=opening)
 
-    def maneuver_past(self, way: Way, lines: Sequence[float], lift: float = 0.0) -> Maneuver | None:
+    def maneuver_past(self, way: Way, lines: Sequence[Line], lift: float = 0.0) -> Maneuver | None:
         """The maneuver with walls on these lines and the user's own; None where an interval is empty.
 
         Args:
             lift: by how much the intervals are narrowed at every finite end [m].
         """
         walls = []
-        for x in sorted({*lines, *(x for x, _ in self.walls)}):
-            low, high = self.interval(way, x)
+        for line in sorted({*lines, *self.fixed}):
+            low, high = self.interval(way, line)
             if high - low > SAME * self.size or lift == 0:
                 low, high = low + lift, high - lift
             if high < low - SAME * self.size:
                 return None
-            wall = self.wall((low, max(low, high)), x)
+            wall = self.wall((low, max(low, high)), line[0])
             if wall is not None:
                 walls.append(wall)
         return self.maneuver.past(walls)
 
-    def marks(self, way: Way, lines: Sequence[float]) -> list[float]:
-        """The x of the walls that `maneuver_past` puts up, in order."""
-        every = sorted({*lines, *(x for x, _ in self.walls)})
-        return [x for x in every if any(map(math.isfinite, self.interval(way, x)))]
+    def marks(self, way: Way, lines: Sequence[Line]) -> list[Line]:
+        """The lines of the walls that `maneuver_past` puts up, in order."""
+        every = sorted({*lines, *self.fixed})
+        return [line for line in every if any(map(math.isfinite, self.interval(way, line)))]
 
 
 def _crossing(rings: list[Array], left: float, right: float) -> list[tuple[float, float]]:

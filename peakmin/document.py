@@ -67,7 +67,7 @@ def _proof(proof: Proof | WaysProof) -> list[dict[str, Any]]:
         return [
             {
                 "way": [list(gaps) for gaps in branch.way],
-                "lines": list(branch.lines),
+                "lines": [list(line) for line in branch.lines],
                 "leaves": _leaves(branch.leaves),
             }
             for branch in proof.branches
@@ -146,8 +146,8 @@ def _branch(data: dict[str, Any], cells: Cells) -> Branch:
         for g in gaps
     ):
         raise ValueError("a way of the proof is not through these blocks")
-    lines = tuple(_array(data["lines"]).tolist())
-    if any(not 0 < x < cells.length for x in lines):
+    lines = tuple((float(_array(x, ())), k) for x, k in data["lines"])
+    if any(isinstance(k, bool) or not isinstance(k, int) or not cells.has((x, k)) for x, k in lines):
         raise ValueError("a line of the proof is not between start and goal")
     kept = cells.through(way)
     return Branch(way, lines, _leaves_of(data["leaves"], 0 if kept is None else len(cells.marks(kept, lines))))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,12 +16,14 @@ from .trajectory import HoldTrajectory, Trajectory
 
 ROOM = 1e-9  # of the scene's size: how close to a tip a crossing counts as being at it
 GRAIN = 1e-12  # relative: rounding errors of positions on the region's edge and of speeds at their bound
+FAR = 1e3  # of the scene's size: how far behind a block it counts as closed
 CHORDS = 20_000  # of a continuous control's path; what bends between them is charged in full
 
 
 @dataclass(frozen=True)
 class Keeping:
-    """clearance: distance from walls and blocks [m], negative inside;  blocks: from blocks less the margin [m];
+    """clearance: distance from walls and blocks [m], negative inside;  blocks: from blocks less the margin [m], and
+    from what lies behind blocks whose side is given;
 
     region: distance from the region's edge [m], negative outside;  speed: the largest [m/s]. Infinite or zero where
     nothing is asked.
@@ -61,13 +65,40 @@ def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
         default=math.inf,
     )
     blocks = min((block_clearance(motion, np.array(block.vertices)) for block in maneuver.blocks), default=math.inf)
+    behind = min((block_clearance(motion, corners) for corners in _closed(maneuver, size)), default=math.inf)
     return Keeping(
         min(walls, blocks),
         walls,
-        blocks - maneuver.margin,
+        min(blocks - maneuver.margin, behind),
         math.inf if maneuver.region is None else _inside(motion, np.array(maneuver.region)),
         0.0 if maneuver.max_speed is None else _fastest(motion),
     )
+
+
+def _closed(maneuver: Maneuver, size: float) -> Iterator[Array]:
+    """Corners (n, 2) of what else is closed: behind blocks with a side, between start and goal; joints of blocks."""
+    import shapely
+
+    start, goal = np.array(maneuver.start.position), np.array(maneuver.goal.position)
+    if not maneuver.blocks or not np.any(goal - start):
+        return
+    along = (goal - start) / math.hypot(*(goal - start))
+    left = np.array([-along[1], along[0]])
+    far = FAR * size
+    between = shapely.Polygon([start + far * left, goal + far * left, goal - far * left, start - far * left])
+    for block in maneuver.blocks:
+        if block.side == "either":
+            continue
+        shadow = shapely.Polygon(block.shadow(-left if block.side == "left" else left, far))
+        yield from (np.array(part.exterior.coords)[:-1] for part in _parts(shadow.intersection(between)))
+    joined = _parts(shapely.union_all([shapely.Polygon(block.vertices) for block in maneuver.blocks]))
+    if len(joined) < len(maneuver.blocks):
+        yield from (np.array(part.exterior.coords)[:-1] for part in joined if not part.interiors)
+
+
+def _parts(shape: Any) -> list[Any]:
+    """The polygons of a geometry."""
+    return [part for part in getattr(shape, "geoms", [shape]) if part.geom_type == "Polygon" and part.area > 0]
 
 
 def inward(region: Array) -> tuple[Array, Array]:

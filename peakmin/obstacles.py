@@ -87,6 +87,20 @@ class Block(Model):
             polygon = polygon.buffer(margin, quad_segs=ROUND)
         return [np.array(ring.coords)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
 
+    def shadow(self, across: Array, far: float) -> Array:
+        """The corners, shape (n, 2), of the block with all that lies behind it, up to `far` [m] away.
+
+        Args:
+            across: unit vector (2,) away from the side on which the path goes.
+        """
+        import shapely
+
+        polygon, push = shapely.Polygon(self.vertices), far * across
+        corners = np.array(polygon.exterior.coords)
+        parts = [shapely.Polygon([a, b, b + push, a + push]) for a, b in zip(corners, corners[1:], strict=False)]
+        whole = shapely.union_all([polygon, *(part for part in parts if part.area > 0 and part.is_valid)])
+        return np.array(whole.exterior.coords)[:-1]
+
     def holds(self, point: Vector, margin: float) -> bool:
         """Whether the point is nearer than the margin [m], or inside."""
         import shapely

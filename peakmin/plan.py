@@ -82,8 +82,8 @@ class Plan:
 
     @property
     def gap(self) -> float:
-        """(peak - lower_bound) / peak."""
-        if not math.isfinite(self.peak):
+        """(peak - lower_bound) / peak; 1 where the path is none that the bound speaks of."""
+        if not math.isfinite(self.peak) or self.peak < self.lower_bound * (1 - 1e-9):
             return 1.0
         return (self.peak - self.lower_bound) / self.peak if self.peak else 0.0
 

@@ -12,7 +12,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.quiver import Quiver
@@ -20,14 +19,11 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array
 from .circle import Polygon
-from .errors import SpecError
-from .least import LeastPeak
-from .search import solve
-from .spec import Exact, Maneuver, Settings, walls_only
 from .trajectory import HoldTrajectory
 
 if TYPE_CHECKING:
     from .budget import ErrorBudget
+    from .obstacles import Wall
     from .plan import Plan
     from .sweep import Sweep
 
@@ -55,10 +51,9 @@ BELOW: Any = {  # a legend under the axes, at a distance in units of its letters
     "borderaxespad": 4.8,
     "frameon": False,
 }
-DEPTH = 4.0  # times the least peak at which the colours of a map end
 
 
-def _axes(ax: Axes | None) -> Axes:
+def axes_of(ax: Axes | None) -> Axes:
     if ax is not None:
         return ax
     with plt.rc_context(STYLE):
@@ -67,7 +62,7 @@ def _axes(ax: Axes | None) -> Axes:
 
 def circle_approximation(polygon: Polygon, ax: Axes | None = None) -> Axes:
     """One quadrant of the circle and its polygon for M = 1 (the paper's figure 3)."""
-    ax = _axes(ax)
+    ax = axes_of(ax)
     angle = np.linspace(0, np.pi / 2, 200)
     ax.plot(np.cos(angle), np.sin(angle), color=ORANGE, linestyle="--", label="circle")
     corners = polygon.vertices[: polygon.segments + 1]
@@ -79,7 +74,7 @@ def circle_approximation(polygon: Polygon, ax: Axes | None = None) -> Axes:
 
 def circle_error(segments: ArrayLike = range(1, 11), ax: Axes | None = None) -> Axes:
     """Largest error 1 - cos(pi/(4n)) in percent over n (the paper's figure 11)."""
-    ax = _axes(ax)
+    ax = axes_of(ax)
     n = np.asarray(segments)
     ax.semilogy(n, [100 * Polygon(segments=int(k)).error for k in n], color=BLUE, marker="o", linestyle="-")
     ax.set(xlabel="segments per quadrant n", ylabel="largest error [%]", title="Circle error")
@@ -89,7 +84,7 @@ def circle_error(segments: ArrayLike = range(1, 11), ax: Axes | None = None) -> 
 
 def control(plan: Plan, axis: int = 0, ax: Axes | None = None, label: str | None = None) -> Axes:
     """One component of the acceleration over time (the paper's figures 5 and 8); axis 0 is x, 1 is y."""
-    ax = _axes(ax)
+    ax = axes_of(ax)
     _over_time(ax, plan, lambda u: u[..., axis], label)
     for at in plan.obstacle_times:
         ax.axvline(at, color="#999999", linewidth=0.8, linestyle=":")
@@ -119,7 +114,7 @@ def overview(plan: Plan) -> Figure:
 
 def control_size(plan: Plan, ax: Axes | None = None) -> Axes:
     """|u| and its components over time with the peak and the lower bound."""
-    ax = _axes(ax)
+    ax = axes_of(ax)
     for axis in (0, 1):
         _over_time(ax, plan, lambda u, i=axis: u[..., i], f"$u_{'xy'[axis]}$")  # type: ignore[misc]
     _over_time(ax, plan, lambda u: np.hypot(u[..., 0], u[..., 1]), "|u(t)|")
@@ -136,7 +131,7 @@ def path(plan: Plan, ax: Axes | None = None, arrows: int = 24) -> Axes:
     Args:
         arrows: how many times to draw the acceleration at; 0 for none.
     """
-    ax = _axes(ax)
+    ax = axes_of(ax)
     maneuver, track = plan.maneuver, np.array([plan.maneuver.start.position, plan.maneuver.goal.position])
     if plan.trajectory is not None:
         track = np.vstack([track, plan.position(np.linspace(0, maneuver.duration, 600))])
@@ -149,7 +144,14 @@ def path(plan: Plan, ax: Axes | None = None, arrows: int = 24) -> Axes:
             t = (np.arange(arrows) + 0.5) / arrows * maneuver.duration
             u = plan.acceleration(t)
             longest: Any = {"angles": "xy", "scale_units": "xy", "scale": (np.max(np.hypot(*u.T)) or 1) / (0.12 * size)}
-            shape: Any = {"width": 0.004, "headwidth": 4, "headlength": 5, "headaxislength": 4.5, "minshaft": 2}
+            shape: Any = {
+                "units": "inches",
+                "width": 0.022,
+                "headwidth": 4,
+                "headlength": 5,
+                "headaxislength": 4.5,
+                "minshaft": 2,
+            }
             ax.quiver(*plan.position(t).T, *u.T, color=RED, zorder=5, label="acceleration", **longest, **shape)
         if len(plan.obstacle_times):
             mark: Any = {"linestyle": "none", "marker": "D", "markersize": 5, "color": ORANGE, "zorder": 6}
@@ -195,17 +197,24 @@ def _obstacles(ax: Axes, plan: Plan, far: float) -> None:
     for i, ring in enumerate(rings):
         dashes: Any = {"color": "#444444", "linewidth": 0.9, "linestyle": "--", "zorder": 3}
         ax.plot(*np.vstack([ring, ring[:1]]).T, label=None if i else "margin", **dashes)
-    lines = [wall for wall in plan.walls if wall not in maneuver.walls]
+    lines = [wall for wall in plan.walls if not any(_same_line(wall, other, far) for other in maneuver.walls)]
     for name, walls, style in (("wall", maneuver.walls, WALL), ("line", lines, LINE)):
         for i, (tip, along) in enumerate(ray for wall in walls for ray in wall.rays):
             ax.plot(*np.array([tip, tip + far * along]).T, label=None if i else name, **style)
+
+
+def _same_line(one: Wall, other: Wall, size: float) -> bool:
+    """Whether two walls stand on one line, to a millionth of the picture: the search puts up the user's walls anew."""
+    (tip, along), (there, toward) = one.rays[0], other.rays[0]
+    across = np.array([-along[1], along[0]])
+    return bool(abs(across @ toward) < 1e-6 and abs(across @ (there - tip)) < 1e-6 * size)
 
 
 def peak_over_time(sweep: Sweep, ax: Axes | None = None, label: str | None = None) -> Axes:
     """Least M over T_obs with the winner (the paper's figure 7); one wall."""
     if sweep.obstacle_times.ndim != 1:
         raise ValueError("peak_over_time draws sweeps over one wall")
-    ax = _axes(ax)
+    ax = axes_of(ax)
     known = np.isfinite(sweep.peak)
     ax.plot(sweep.obstacle_times[known], sweep.peak[known], color=BLUE, marker="o", markersize=4, label=label)
     ax.set(xlabel="$T_{obs}$ [s]", ylabel="least M [m/s²]")
@@ -221,61 +230,11 @@ def peak_over_time(sweep: Sweep, ax: Axes | None = None, label: str | None = Non
     return ax
 
 
-def peak_map(maneuver: Maneuver, settings: Settings | None = None, count: int = 40, ax: Axes | None = None) -> Axes:
-    """Least peak in continuous time over (T_1, T_2) for two walls, on `count` x `count` cells.
-
-    Args:
-        settings: to solve the maneuver with; its times are marked. Default: the least of the cells is.
-
-    Raises:
-        SpecError: when the maneuver is anything but two walls.
-    """
-    walls_only(maneuver, "a map of the peak")
-    if len(maneuver.walls) != 2:
-        raise SpecError(f"maneuver.obstacles: was {len(maneuver.walls)} walls, must be 2 for a map of the peak")
-    if count < 3:
-        raise SpecError(f"count: was {count}, must be at least 3")
-    least_peak = LeastPeak(maneuver, Settings(method=Exact()))
-    mass, t = least_peak.mass, (np.arange(count) + 0.5) / count * maneuver.duration
-    peak = np.full((count, count), np.nan)  # rows are T_2
-    for i, j in zip(*np.triu_indices(count, 1), strict=True):
-        peak[j, i] = (
-            mass.floor(t[[i, j]] / mass.time) * mass.unit
-        )  # at most the least peak; too large: no more is shown
-    base, best, least = 0.1 * float(np.nanquantile(peak, 0.1)), (0, 1), np.inf
-    for flat in np.argsort(peak, axis=None)[: count * (count - 1) // 2]:
-        j, i = divmod(int(flat), count)
-        if peak[j, i] > DEPTH * max(least, base):
-            break
-        peak[j, i] = least_peak(t[[i, j]]).upper * mass.unit
-        if peak[j, i] < least:
-            best, least = (i, j), float(peak[j, i])
-    times, size, name = t[list(best)], least, "least of the cells"
-    if settings is not None:
-        plan = solve(maneuver, settings)
-        times, size, name = plan.obstacle_times, plan.peak, "solution"
-
-    ax = _axes(ax)
-    top = DEPTH * max(least, base) or 1.0
-    levels, shown = np.geomspace(max(least, top / 100), top, 13), np.ma.masked_invalid(np.minimum(peak, 10 * top))
-    ends: Any = "max" if levels[0] == least else "both"
-    colours = ax.contourf(t, t, shown, levels=levels, cmap="cividis", norm=LogNorm(), extend=ends)
-    ax.contour(t, t, shown, levels=levels, colors=BLACK, linewidths=0.4)
-    mark: Any = {"linestyle": "none", "marker": "D", "color": ORANGE, "markeredgecolor": BLACK}
-    ax.plot(*times, label=f"{name}: {size:.4g} m/s² at {times[0]:.3g} s, {times[1]:.3g} s", **mark)
-    bar = ax.figure.colorbar(colours, ax=ax, label="least peak [m/s²]", ticks=levels[::3], format="%.3g")
-    bar.ax.minorticks_off()
-    ax.set(xlim=(0, mass.time), ylim=(0, mass.time), xlabel="$T_1$ [s]", ylabel="$T_2$ [s]")
-    ax.set_aspect("equal", anchor="S")
-    ax.legend(**BELOW)
-    return ax
-
-
 def over_segments(
     n: Sequence[int], values: ArrayLike, ylabel: str, ax: Axes | None = None, limit: float | None = None
 ) -> Axes:
     """Something over the segments per quadrant (the panels of the paper's figure 6); `limit` is n -> infinity."""
-    ax = _axes(ax)
+    ax = axes_of(ax)
     ax.plot(n, np.asarray(values), color=BLUE, marker="o", linestyle="-")
     if limit is not None:
         ax.axhline(limit, color=ORANGE, linestyle="--", label=f"disc: {limit:.4f}")
@@ -287,7 +246,7 @@ def over_segments(
 
 def budget(errors: ErrorBudget, ax: Axes | None = None) -> Axes:
     """The parts of an error budget as one stacked bar, costs to the right of zero and gains to the left."""
-    ax = _axes(ax)
+    ax = axes_of(ax)
     ends = {True: 0.0, False: 0.0}
     shades = [BLUE, ORANGE, GREEN, PINK, "#999999"]
     hatches = ["", "//", "..", "xx", ""]

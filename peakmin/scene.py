@@ -19,7 +19,7 @@ import numpy as np
 
 from .arrays import Array
 from .branch import Certificate, certify
-from .cells import Cells, Way
+from .cells import Cells, Line, Way
 from .exact import Extremal, extremal
 from .keeping import keeping
 from .moments import PointMass
@@ -46,7 +46,7 @@ class Free:
     """
 
     way: Way
-    lines: tuple[float, ...]
+    lines: tuple[Line, ...]
     lift: float
     past: Maneuver
     times: Array
@@ -72,12 +72,12 @@ class Found:
 @dataclass(frozen=True)
 class _Node:
     way: Way
-    lines: tuple[float, ...]
+    lines: tuple[Line, ...]
     past: Maneuver
     certificate: Certificate
     bound: float  # and the branch that proves it, this node's own or an ancestor's
     branch: Branch
-    tried: frozenset[float] = frozenset()  # lines that were put in on the way here
+    tried: frozenset[Line] = frozenset()  # lines that were put in on the way here
 
     @property
     def mass(self) -> PointMass:
@@ -127,7 +127,7 @@ class Search:
     def _solve(
         self,
         way: Way,
-        lines: tuple[float, ...],
+        lines: tuple[Line, ...],
         parent: _Node | None = None,
         path: Array | None = None,
         boxes: int = BOXES,
@@ -144,7 +144,7 @@ class Search:
         self.rounds += 1
         mass, start = PointMass.of(past), None
         if path is not None:
-            start = np.array([np.argmax(path[:, 0] >= x) / SAMPLES for x in self.cells.marks(way, lines)])
+            start = np.array([np.argmax(path[:, 0] >= x) / SAMPLES for x, _ in self.cells.marks(way, lines)])
         found = certify(mass, self.gap / 4, node_limit=boxes, start=start)
         self.boxes += found.nodes
         bound, branch = found.lower * mass.unit, Branch(way, lines, tuple(found.leaves))
@@ -179,17 +179,17 @@ class Search:
         else:
             self._closed.append(node)
 
-    def _with(self, node: _Node, line: float) -> tuple[float, ...]:
+    def _with(self, node: _Node, line: Line) -> tuple[Line, ...]:
         """The lines that matter and this one, in place of those close to it unless it has been tried already.
 
         Around a rounded corner the one line that is needed is so found; lines side by side make times coincide.
         """
-        lines = [x for x in self._pushing(node) if x != line]
+        lines = [other for other in self._pushing(node) if other != line]
         if line not in node.tried:
-            lines = [x for x in lines if abs(x - line) > NEAR * self.cells.length]
+            lines = [other for other in lines if abs(other[0] - line[0]) > NEAR * self.cells.length]
         return (*lines, line)
 
-    def _pushing(self, node: _Node) -> tuple[float, ...]:
+    def _pushing(self, node: _Node) -> tuple[Line, ...]:
         """The lines whose walls matter to the node's path; without the others it is the same."""
         size = np.hypot(*node.certificate.best.multipliers.T)
         push = size[2:] > IDLE * np.max(size)
@@ -205,7 +205,7 @@ class Search:
         """Where the path is furthest from the gaps, and where a line with the hull of the gaps would move it most."""
         cells, worst = self.cells, _Outside()
         for k, (left, right) in enumerate(zip(cells.lines, cells.lines[1:], strict=False)):
-            inside = (path[:, 0] >= left) & (path[:, 0] <= right)
+            inside = (path[:, 0] >= left) & (path[:, 0] <= right) & (path[:, 0] > 0) & (path[:, 0] < cells.length)
             if not np.any(inside) or not way[k]:
                 continue
             x, y = path[inside].T
@@ -219,7 +219,7 @@ class Search:
             off = np.maximum(np.maximum(np.min(low, axis=0) - y, y - np.max(high, axis=0)), 0.0)
             at = int(np.argmax(off))
             if off[at] > worst.hull:
-                worst = replace(worst, hull=float(off[at]), line=self._snapped(float(x[at]), left, right))
+                worst = replace(worst, hull=float(off[at]), line=(self._snapped(float(x[at]), left, right), k))
         return worst
 
     def _snapped(self, x: float, left: float, right: float) -> float:
@@ -259,4 +259,4 @@ class _Outside:
     depth: float = 0.0
     strip: int = 0
     hull: float = 0.0
-    line: float = 0.0
+    line: Line = (0.0, 0)

@@ -16,6 +16,7 @@ from .cells import Cells
 from .certify import Proof
 from .circle import Disc, Polygon
 from .errors import SpecError
+from .exact import extremal
 from .frame import Frame
 from .grid import Uniform
 from .least import LeastPeak
@@ -133,7 +134,8 @@ def _keeping(plan: Plan) -> Plan:
         solves=plan.made.solves + count.solves,
         seconds=plan.made.seconds + time.perf_counter() - began,
     )
-    kept = replace(bracket, multipliers=plan.multipliers)
+    mass = PointMass.of(plan.crossing)
+    kept = replace(bracket, multipliers=extremal(mass, times).multipliers)
     return from_bracket(plan.maneuver, plan.settings, times, kept, motion, plan.proof, made, plan.walls)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .certify import Proof
+from .certify import Proof, lower_bound
 from .check import CHECK, check
 from .document import digest, of, read
 from .keeping import extent
@@ -16,6 +16,7 @@ from .model import load
 from .moments import PointMass
 from .plan import Plan, proved
 
+NEARLY = 1e-3  # relative: how far the multipliers' own bound may be below the plan's
 SAME = 1e-9  # relative difference up to which a number counts as the one stated
 
 
@@ -59,7 +60,7 @@ def verify(text: str | bytes) -> Verification:
         found += _kept(plan)
         if not result.peak <= 1e-12:
             found.append(f"peak: was stated as {plan.peak!r}, the control has {peak!r} m/s^2")
-        if not plan.peak >= plan.lower_bound * (1 - SAME):
+        if plan.status == "solved" and not plan.peak >= plan.lower_bound * (1 - SAME):
             found.append(f"peak: was stated as {plan.peak!r}, below the bound {plan.lower_bound!r} m/s^2")
     elif data["peak"] is not None or plan.status == "solved":
         found.append("status: there is no motion, so no peak and no solution")
@@ -79,6 +80,16 @@ def verify(text: str | bytes) -> Verification:
     if plan.status == "infeasible" and not (plan.maneuver.too_far or (plan.scope == "all" and bound > limit)):
         found.append("status: infeasible is not proved")
     return Verification(plan, peak, bound, tuple(found))
+
+
+def _multipliers(plan: Plan, mass: PointMass) -> list[str]:
+    """Whether a solved plan's multipliers are nearly optimal at its times: its sensitivities are made from them."""
+    if plan.status != "solved" or not plan.maneuver.simple:
+        return []
+    own = lower_bound(mass, plan.obstacle_times / mass.time, plan.multipliers) * mass.unit
+    if own >= (1 - NEARLY) * plan.lower_bound:
+        return []
+    return [f"multipliers: prove {own!r} m/s^2 at these times, far from {plan.lower_bound!r}"]
 
 
 def _kept(plan: Plan) -> list[str]:

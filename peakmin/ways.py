@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from .cells import Cells, Way
+from .cells import Cells, Line, Way
 from .certify import Leaf, global_bound
 from .moments import PointMass
 from .spec import Maneuver
@@ -17,11 +17,11 @@ from .spec import Maneuver
 class Branch:
     """Part of the proof: every path with this way has at least the peak that the leaves prove.
 
-    way: gaps left, by strip;  lines: the x in the frame [m] where walls were put;  leaves: boxes of obstacle times.
+    way: gaps left, by strip;  lines: where walls were put;  leaves: boxes of obstacle times.
     """
 
     way: Way
-    lines: tuple[float, ...]
+    lines: tuple[Line, ...]
     leaves: tuple[Leaf, ...]
 
     def bound(self, cells: Cells) -> float:
@@ -46,7 +46,8 @@ class WaysProof:
         cells = Cells(maneuver)
         if not covered(cells, [branch.way for branch in self.branches], cells.ways):
             return 0.0
-        return min((branch.bound(cells) for branch in self.branches), default=0.0)
+        bound = min((branch.bound(cells) for branch in self.branches), default=0.0)
+        return bound if math.isfinite(bound) else 0.0
 
 
 def covered(cells: Cells, ways: Sequence[Way], way: Way | None) -> bool:

@@ -19,7 +19,7 @@ from .random_maneuvers import maneuver
 
 EVERY = 1 if os.environ.get("PEAKMIN_SEEDS") == "all" else 10
 CHUNKS = 10  # of 50 seeds each
-NODES = {1: 300, 2: 200, 3: 200}
+NODES = {1: 300, 2: 60, 3: 30}
 POINTS = {1: 40, 2: 16, 3: 8}
 
 

@@ -1,13 +1,17 @@
 """Every figure draws on the axes it is given and names its units."""
 
+from dataclasses import replace
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.quiver import Quiver
 
 import peakmin as pm
-from peakmin import plots
+from peakmin import maps, plots
+from peakmin.errors import SpecError
 
-from .conftest import wall_maneuver
+from .conftest import least, wall_maneuver
 
 
 @pytest.fixture(params=["direct", "exact"])
@@ -45,3 +49,118 @@ def test_sweeps_over_one_wall_only(plan):
     pm.sweep(plan.maneuver, times=[0.4, 0.5]).plot()
     with pytest.raises(ValueError, match="one wall"):
         pm.sweep(wall_maneuver(obstacles=())).plot()
+
+
+def box(x0, x1, y0, y1):
+    return pm.Block(vertices=[(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+
+
+@pytest.fixture(scope="module")
+def scene():
+    maneuver = wall_maneuver(
+        obstacles=(box(0.4, 0.6, -0.3, 0.2), box(0.2, 0.3, 0.9, 9.0)),
+        margin=0.02,
+        region=((-0.5, -2), (1.5, -2), (1.5, 2), (-0.5, 2)),
+    )
+    yield pm.solve(maneuver, pm.Settings(search={"kind": "global", "gap": 0.05}))
+    plt.close("all")
+
+
+def labels(ax):
+    return {text.get_text() for text in ax.get_legend().get_texts()}
+
+
+def test_a_scene_shows_blocks_margins_region_lines_and_arrows(scene):
+    ax = plots.path(scene)
+    assert len([patch for patch in ax.patches if patch.get_fill()]) == 2 + 1  # blocks and the region's outline
+    expected = {"block", "margin", "region", "line", "path of the centre of mass", "acceleration", "crossing"}
+    assert labels(ax) == {*expected, "start", "goal"}
+    (arrows,) = [item for item in ax.collections if isinstance(item, Quiver)]
+    assert arrows.N == 24
+    picture = max(np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim()))
+    assert np.max(np.hypot(arrows.U, arrows.V)) / arrows.scale == pytest.approx(0.12 * picture)
+    dotted = [line for line in ax.lines if line.get_linestyle() == ":"]
+    assert len(dotted) == len(scene.walls)
+
+
+def test_the_view_holds_the_path_and_cuts_what_is_far_away(scene):
+    ax = plots.path(scene, arrows=0)
+    assert not [item for item in ax.collections if isinstance(item, Quiver)]
+    assert "acceleration" not in labels(ax)
+    x, y = scene.position(np.linspace(0, scene.maneuver.duration, 333)).T
+    for values, (low, high) in ((x, ax.get_xlim()), (y, ax.get_ylim())):
+        assert low < np.min(values)
+        assert high > np.max(values)
+    assert ax.get_ylim()[0] < -0.32
+    assert ax.get_ylim()[1] < 2
+
+
+def test_the_legend_is_below_the_axes(scene):
+    for ax in (plots.path(scene), plots.control_size(scene)):
+        ax.figure.canvas.draw()
+        legend = ax.get_legend().get_window_extent()
+        assert legend.y1 < ax.xaxis.label.get_window_extent().y0
+        assert legend.y0 >= 0
+
+
+def test_a_users_wall_is_drawn_with_both_sides_of_its_opening():
+    maneuver = wall_maneuver(obstacles=(pm.Wall(tip=(0.5, 0.5), opening=0.2),))
+    ax = plots.path(pm.solve(maneuver, pm.Settings(search={"kind": "global", "gap": 1e-2})))
+    thick = [line for line in ax.lines if line.get_linewidth() == plots.WALL["linewidth"]]
+    assert [tuple(line.get_xydata()[0]) for line in thick] == [(0.5, 0.5), (0.5, 0.7)]
+    assert {"wall", "acceleration"} <= labels(ax)
+    assert not {"line", "block", "margin", "region"} & labels(ax)
+    plt.close("all")
+
+
+def test_a_users_wall_before_a_block_is_not_drawn_as_a_line_too():
+    maneuver = wall_maneuver(obstacles=(pm.Wall(tip=(0.25, 0.3)), box(0.6, 0.8, -0.1, 0.9)))
+    plan = pm.solve(maneuver, pm.Settings(search={"kind": "global", "gap": 0.05}))
+    dotted = [line for line in plots.path(plan).lines if line.get_linestyle() == ":"]
+    assert len(dotted) == len(plan.walls) - 1
+    assert all(line.get_xdata()[0] > 0.5 for line in dotted)
+    plt.close("all")
+
+
+def test_a_plan_without_a_control_shows_its_obstacles():
+    maneuver = wall_maneuver(max_peak=1.0)
+    plan = pm.solve(maneuver, pm.Settings(search={"kind": "global", "gap": 1e-2}))
+    plan = replace(plan, trajectory=None)
+    assert labels(plots.path(plan)) == {"wall", "start", "goal"}
+    plt.close("all")
+
+
+TWO = (pm.Wall(tip=(0.3, 0.2)), pm.Wall(tip=(0.7, -0.2), direction=(0, 1)))
+
+
+def test_a_map_of_the_peak_marks_its_least():
+    maneuver = wall_maneuver(obstacles=TWO)
+    ax = maps.peak_map(maneuver, count=8)
+    (x,), (y,) = ax.lines[-1].get_data()
+    assert (x, y) == (pytest.approx(5 / 16), pytest.approx(11 / 16))
+    least_peak = least(maneuver, np.array([x, y]), method={"kind": "exact"})[1]
+    assert f"{least_peak:.4g} m/s²" in labels(ax).pop()
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$T_1$ [s]", "$T_2$ [s]")
+    assert [other.get_ylabel() for other in ax.figure.axes if other is not ax] == ["least peak [m/s²]"]
+    plt.close("all")
+
+
+def test_a_map_of_the_peak_marks_the_solution_that_is_asked_for():
+    ax = plt.figure().add_subplot()
+    maneuver, settings = wall_maneuver(obstacles=TWO), pm.Settings(search={"kind": "global", "gap": 1e-2})
+    assert maps.peak_map(maneuver, settings, count=4, ax=ax) is ax
+    assert labels(ax).pop().startswith("solution: ")
+    plt.close("all")
+
+
+@pytest.mark.parametrize(
+    ("changes", "count", "message"),
+    [
+        ({}, 8, r"maneuver.obstacles: was 1 walls, must be 2 for a map of the peak"),
+        ({"obstacles": (*TWO, box(0.4, 0.5, 2, 3))}, 8, r"maneuver.obstacles: was 1 blocks, must be left out .*"),
+        ({"obstacles": TWO}, 2, r"count: was 2, must be at least 3"),
+    ],
+)
+def test_a_map_of_the_peak_is_for_two_walls(changes, count, message):
+    with pytest.raises(SpecError, match=f"^{message}$"):
+        maps.peak_map(wall_maneuver(**changes), count=count)
