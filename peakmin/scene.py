@@ -92,6 +92,7 @@ class Search:
         self.boxes = self.rounds = 0
         self.best: Free | None = None
         self._serial = itertools.count()
+        self._until = math.inf
         self._heap: list[tuple[float, int, _Node]] = []
         self._closed: list[_Node] = []
 
@@ -101,11 +102,11 @@ class Search:
 
     def run(self, way: Way, rounds: int, time_limit: float, progress: Progress | None) -> Found:
         """Search until the gap is reached, or for so many rounds and seconds."""
-        began = time.perf_counter()
+        self._until = time.perf_counter() + time_limit
         self._push(self._solve(way, ()))
         last = self._heap[0][2]
         while self._heap and self._heap[0][0] < (1 - self.gap) * self.upper:
-            if self.rounds >= rounds or time.perf_counter() - began > time_limit:
+            if self.rounds >= rounds or time.perf_counter() > self._until:
                 break
             last = heapq.heappop(self._heap)[2]
             for child in self._expand(last):
@@ -145,7 +146,8 @@ class Search:
         mass, start = PointMass.of(past), None
         if path is not None:
             start = np.array([np.argmax(path[:, 0] >= x) / SAMPLES for x, _ in self.cells.marks(way, lines)])
-        found = certify(mass, self.gap / 4, node_limit=boxes, start=start)
+        left = self._until - time.perf_counter()
+        found = certify(mass, self.gap / 4, node_limit=boxes, time_limit=left, start=start)
         self.boxes += found.nodes
         bound, branch = found.lower * mass.unit, Branch(way, lines, tuple(found.leaves))
         tried = frozenset(lines)

@@ -19,8 +19,8 @@ from .random_maneuvers import maneuver
 
 EVERY = 1 if os.environ.get("PEAKMIN_SEEDS") == "all" else 10
 CHUNKS = 10  # of 50 seeds each
-NODES = {1: 300, 2: 60, 3: 30}
-POINTS = {1: 40, 2: 16, 3: 8}
+NODES = {1: 300, 2: 40, 3: 20}
+POINTS = {1: 40, 2: 10, 3: 7}
 
 
 def dense_sweep(mass):
@@ -35,7 +35,10 @@ def dense_sweep(mass):
     best = grid[int(np.argmin(values))]
     simplex = best + 0.4 / points * np.vstack([np.zeros(q), np.eye(q)])
     near = minimize(
-        peak, best, method="Nelder-Mead", options={"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12}
+        peak,
+        best,
+        method="Nelder-Mead",
+        options={"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxfev": 200},
     )
     return min(float(near.fun), min(values))
 
