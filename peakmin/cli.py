@@ -8,6 +8,7 @@ Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved i
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -146,6 +147,19 @@ def _facts(plan: Plan) -> str:
     lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for any control, over {covered}")
     lines.append(f"  gap             {plan.gap:.2e} of the peak")
     lines.append(f"  obstacle times  {times}")
+    if math.isfinite(plan.clearance):
+        where = (
+            ""
+            if plan.clearance >= plan.maneuver.margin
+            else ", closer than asked"
+            if plan.clearance >= 0
+            else ": inside"
+        )
+        lines.append(f"  clearance       {plan.clearance:.6g} m at every instant{where}")
+    if plan.status == "unknown" and plan.trajectory is not None and limit is None:
+        lines.append(
+            "  the best path found does not keep its obstacles, sides, region or speed; the bound holds all the same"
+        )
     return "\n".join(lines)
 
 

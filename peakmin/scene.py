@@ -35,7 +35,7 @@ IDLE = 1e-6  # of the largest multiplier
 SHALLOW = 1e-7  # of the scene: a path no deeper in a block is left to be raised
 FIRST_LIFT = 1e-8  # of the scene
 LIFTS = 8
-BOXES = 40  # of obstacle times at first; ten times as many where a node's own gap is what is left
+BOXES, MORE = 80, 10  # of obstacle times at first, for one wall; times as many where a node's own gap is what is left
 
 
 @dataclass(frozen=True)
@@ -82,6 +82,11 @@ class _Node:
     @property
     def mass(self) -> PointMass:
         return PointMass.of(self.past)
+
+
+def _boxes(walls: int, effort: int) -> int:
+    """Boxes for so many walls: each takes longer the more there are, and another line may do more."""
+    return effort * max(BOXES // max(walls, 1) ** 2, 4)
 
 
 class Search:
@@ -131,13 +136,14 @@ class Search:
         lines: tuple[Line, ...],
         parent: _Node | None = None,
         path: Array | None = None,
-        boxes: int = BOXES,
+        effort: int = 1,
     ) -> _Node | None:
         """The certified least peak past these lines; None where no path has such a way.
 
         Args:
             parent: whose bound holds too.
             path: samples of a path that crosses the lines at about the right times.
+            effort: times as many boxes of obstacle times as at first.
         """
         past = self.cells.maneuver_past(way, lines)
         if past is None:
@@ -147,7 +153,7 @@ class Search:
         if path is not None:
             start = np.array([np.argmax(path[:, 0] >= x) / SAMPLES for x, _ in self.cells.marks(way, lines)])
         left = self._until - time.perf_counter()
-        found = certify(mass, self.gap / 4, node_limit=boxes, time_limit=left, start=start)
+        found = certify(mass, self.gap / 4, node_limit=_boxes(mass.walls, effort), time_limit=left, start=start)
         self.boxes += found.nodes
         bound, branch = found.lower * mass.unit, Branch(way, lines, tuple(found.leaves))
         tried = frozenset(lines)
@@ -176,8 +182,8 @@ class Search:
                 there = self._outside(way, path)
                 lines = self._with(node, there.line) if there.hull > room else node.lines
                 yield self._solve(way, lines, node, path)
-        elif not node.certificate.complete and node.certificate.nodes < 10 * BOXES:
-            yield self._solve(node.way, node.lines, node, path, 10 * BOXES)
+        elif not node.certificate.complete and node.certificate.nodes < _boxes(len(node.past.walls), MORE):
+            yield self._solve(node.way, node.lines, node, path, MORE)
         else:
             self._closed.append(node)
 
