@@ -15,7 +15,7 @@ lint: .venv/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-# all 500 seeds where `make test` takes every tenth
+# all 500 seeds where `make test` takes some
 proofs: .venv/installed
 	PEAKMIN_SEEDS=all $(BIN)/pytest -n 2 -p no:benchmark tests/test_agreement.py tests/test_exact.py tests/test_proof.py
 

@@ -163,6 +163,22 @@ def _facts(plan: Plan) -> str:
     return "\n".join(lines)
 
 
+def _not_kept(plan: Plan) -> list[str]:
+    """What the path that was found does not keep of what was asked, in words."""
+    kept, asked, out = plan.keeping(), plan.maneuver, []
+    if asked.too_far:
+        out.append(f"max_speed {asked.max_speed:.6g} m/s: the straight way alone takes longer than the duration")
+    elif asked.max_speed is not None and kept.speed > asked.max_speed * (1 + 1e-9):
+        out.append(f"max_speed {asked.max_speed:.6g} m/s: this path reaches {kept.speed:.6g} m/s")
+    if kept.region < -1e-9:
+        out.append(f"region: this path leaves it by {-kept.region:.6g} m")
+    if kept.walls < 0:
+        out.append(f"walls: this path crosses one {-kept.walls:.6g} m below its tip")
+    if kept.blocks < 0:
+        out.append(f"blocks: this path comes {-kept.blocks:.6g} m too close, or passes one on the other side")
+    return out
+
+
 def _table(sweep: Sweep) -> str:
     times = sweep.obstacle_times.reshape(len(sweep.peak), -1)
     lines = ["  T_obs [s]" + " " * (10 * max(times.shape[1] - 1, 0)) + "   least M [m/s²]   lower end"]

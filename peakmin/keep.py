@@ -23,6 +23,7 @@ from scipy.optimize import minimize
 
 from .arrays import Array
 from .bracket import Bracket, HoldProblem
+from .cells import Cells, Way
 from .circle import Disc, Polygon
 from .grid import Aligned, Uniform
 from .keeping import Keeping, extent, inward, keeping
@@ -46,6 +47,8 @@ class KeptProgram:
     circle: Disc | Polygon
     grid: Uniform | Aligned
     count: Count = field(default_factory=Count)
+    cells: Cells | None = None
+    way: Way = ()
 
     def __post_init__(self) -> None:
         self.mass = PointMass.of(self.maneuver.past(self.walls))
@@ -80,9 +83,10 @@ class KeptProgram:
     def at(self, times: Array) -> tuple[Array, Bracket, HoldTrajectory] | None:
         """The same at these times: asks for more at the nodes until the path between them keeps everything."""
         placed = self.grid.place(times)
-        room = {"sides": 0.0, "region": FIRST_ROOM * self.size, "speed": 0.0}
+        room = {"sides": 0.0, "region": FIRST_ROOM * self.size, "speed": 0.0, "gaps": 0.0}
+        gaps: list[tuple[int, Array, float]] = []
         for _ in range(TRIES):
-            bracket = self._solve(placed, room)
+            bracket = self._solve(placed, room, gaps)
             if bracket.control is None:
                 return None
             motion = self._motion(placed, bracket.control)
@@ -90,7 +94,30 @@ class KeptProgram:
             if kept.passed(self.maneuver):
                 return placed, bracket, motion
             self._ask_more(motion, kept, room)
+            if not kept.blocks >= 0:
+                gaps = self._gaps(motion, room["gaps"])
         return None
+
+    def _gaps(self, motion: HoldTrajectory, room: float) -> list[tuple[int, Array, float]]:
+        """For every node the edges of the gap of the way that it is over or nearest to: n . r >= c, as (node, n, c)."""
+        out: list[tuple[int, Array, float]] = []
+        if self.cells is None:
+            return out
+        frame, lines = self.cells.frame, self.cells.lines
+        for node, (x, y) in enumerate(frame.position(motion.node_position)):
+            if not 0 < x < self.cells.length:
+                continue
+            for k in {int(np.searchsorted(lines, x + shift)) - 1 for shift in (-room, room)}:
+                if not 0 <= k < len(self.way):
+                    continue
+                sections = [(g, self.cells.gaps[k][g].at(x)) for g in self.way[k]]
+                best = min(sections, key=lambda one: max(one[1][0] - y, y - one[1][1]))[0]
+                for sign, (level, slope) in ((1, self.cells.gaps[k][best].low), (-1, self.cells.gaps[k][best].high)):
+                    if math.isfinite(level):
+                        normal = sign * np.array([-slope, 1.0]) / math.hypot(slope, 1)
+                        turned = frame.vector_back(normal)
+                        out.append((node, turned, float(turned @ frame.position_back([0.0, level])) + room))
+        return out
 
     def _ask_more(self, motion: HoldTrajectory, kept: Keeping, room: dict[str, float]) -> None:
         if not kept.region >= 0:
@@ -100,13 +127,17 @@ class KeptProgram:
         if not kept.walls >= 0:  # touched from the near side: what a hold bends between its ends
             bend = motion.peak() * float(np.max(np.diff(motion.nodes))) ** 2 / 8
             room["sides"] = max(2 * room["sides"], bend)
+        if not kept.blocks >= 0:
+            room["gaps"] += (
+                max(min(-kept.blocks, 0.01 * self.size), FIRST_ROOM * self.size) if room["gaps"] else 1e-9 * self.size
+            )
 
     def _motion(self, placed: Array, control: Array) -> HoldTrajectory:
         start, mass = self.maneuver.start, self.mass
         nodes = self.grid.edges(placed) * mass.time
         return HoldTrajectory(nodes, control * mass.unit, np.array(start.position), np.array(start.velocity))
 
-    def _solve(self, placed: Array, room: dict[str, float]) -> Bracket:
+    def _solve(self, placed: Array, room: dict[str, float], gaps: list[tuple[int, Array, float]]) -> Bracket:
         """The bracket [scaled] of the program at placed times; without control where there is none."""
         mass, edges = self.mass, self.grid.edges(placed)
         problem = HoldProblem(mass, self.circle, placed, edges)
@@ -130,6 +161,10 @@ class KeptProgram:
             r[1:] == r[:-1] + cp.multiply(dt, speed[:-1]) + cp.multiply(dt**2 / 2, v),
         ]
         constraints += self._planes(r, kappa * size, edges, placed, room)
+        if gaps:
+            nodes, normals = [node for node, _, _ in gaps], np.array([normal for _, normal, _ in gaps])
+            levels = (np.array([level for _, _, level in gaps]) - normals @ mass.origin) / mass.length
+            constraints.append(cp.sum(cp.multiply(normals, r[nodes]), axis=1) >= kappa * size * levels)
         if self.maneuver.max_speed is not None:
             fastest = (self.maneuver.max_speed - room["speed"]) * mass.time / mass.length
             constraints.append(cp.SOC(kappa * size * fastest * np.ones(len(edges) - 1), speed[1:], axis=1))

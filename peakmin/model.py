@@ -21,7 +21,6 @@ PLAIN = {  # pydantic's error types in the words of a spec file
     "model_type": "an object",
     "model_attributes_type": "an object",
     "too_long": "a list of two numbers",
-    "too_short": "a longer list",
 }
 
 
@@ -134,6 +133,8 @@ def one_line(error: ValidationError, data: Any) -> str:
         if message.startswith("."):  # a validator of several fields names the one at fault itself
             return (("" if path == WHOLE else path) + message).removeprefix(".")
         return f"{path}: was {_short(first['input'])}, must be {message}"
+    if first["type"] == "too_short":
+        return f"{path}: was {_short(first['input'])}, must be a list of at least {first['ctx']['min_length']}"
     if first["type"] in PLAIN:
         return f"{path}: was {_short(first['input'])}, must be {PLAIN[first['type']]}"
     for start in ("Input should be ", "Value error, ", "String should ", "Tuple should "):

@@ -49,6 +49,8 @@ class Wall(Model):
 def _corners(vertices: tuple[Vector, ...]) -> tuple[Vector, ...]:
     import shapely
 
+    if len(vertices) > 3 and vertices[0] == vertices[-1]:  # a closed ring
+        vertices = vertices[:-1]
     for i, (a, b) in enumerate(zip(vertices, (*vertices[1:], vertices[0]), strict=True)):
         if a == b:
             place = (i + 1) % len(vertices)
@@ -66,7 +68,7 @@ class Block(Model):
     """A polygon that the path stays out of, convex or not.
 
     Args:
-        vertices: corners in order, either way round, [m], shape (n, 2).
+        vertices: corners in order, either way round, [m], shape (n, 2); the first may be repeated at the end.
         side: on which side of it the path goes, seen along the way from start to goal: "left" leaves the block on
             the right hand; "either" finds the better one.
     """

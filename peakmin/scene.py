@@ -35,6 +35,7 @@ IDLE = 1e-6  # of the largest multiplier
 SHALLOW = 1e-7  # of the scene: a path no deeper in a block is left to be raised
 FIRST_LIFT = 1e-8  # of the scene
 LIFTS = 8
+PATIENCE, WORTH = 12, 0.9  # steps in which the gap must have come down to this share of itself, or the search ends
 BOXES, MORE = 80, 10  # of obstacle times at first, for one wall; times as many where a node's own gap is what is left
 
 
@@ -109,13 +110,17 @@ class Search:
         """Search until the gap is reached, or for so many rounds and seconds."""
         self._until = time.perf_counter() + time_limit
         self._push(self._solve(way, ()))
-        last = self._heap[0][2]
+        last, stalled, gap = self._heap[0][2], 0, 1.0
         while self._heap and self._heap[0][0] < (1 - self.gap) * self.upper:
-            if self.rounds >= rounds or time.perf_counter() > self._until:
+            if stalled >= PATIENCE or self.rounds >= rounds or time.perf_counter() > self._until:
                 break
             last = heapq.heappop(self._heap)[2]
             for child in self._expand(last):
                 self._push(child)
+            left = (
+                1 - min([self._heap[0][0] if self._heap else math.inf, *(n.bound for n in self._closed)]) / self.upper
+            )
+            stalled, gap = (0, left) if math.isinf(self.upper) or left < WORTH * gap else (stalled + 1, gap)
             if progress:
                 progress(self.rounds, self.rounds + len(self._heap))
         nodes = [node for _, _, node in self._heap] + self._closed

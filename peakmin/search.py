@@ -12,7 +12,7 @@ import numpy as np
 
 from .arrays import Array
 from .branch import certify
-from .cells import Cells
+from .cells import Cells, Way
 from .certify import Proof
 from .circle import Disc, Polygon
 from .errors import SpecError
@@ -55,7 +55,7 @@ def solve(maneuver: Maneuver, settings: Settings | None = None, progress: Progre
     settings = settings or Settings()
     check(maneuver, settings)
     if maneuver.blocks:
-        return _keeping(_past_blocks(maneuver, settings, progress))
+        return _past_blocks(maneuver, settings, progress)
     if isinstance(settings.search, GlobalSearch):
         return _keeping(_global(maneuver, settings, progress))
     if isinstance(settings.search, RefineSearch):
@@ -111,10 +111,10 @@ def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | No
         if raised is None or not raised.walls:
             break
         past = raised
-    return plan
+    return _keeping(plan, cells, free.way)
 
 
-def _keeping(plan: Plan) -> Plan:
+def _keeping(plan: Plan, cells: Cells | None = None, way: Way = ()) -> Plan:
     """The plan, or where its path leaves the region, goes too fast or meets a wall again, one that does not."""
     if plan.status == "infeasible" or plan.trajectory is None or plan.keeping().passed(plan.maneuver):
         return plan
@@ -123,7 +123,7 @@ def _keeping(plan: Plan) -> Plan:
 
     began, count = time.perf_counter(), Count()
     circle = plan.settings.circle.facing(Frame.from_maneuver(plan.maneuver).angle)
-    program = KeptProgram(plan.maneuver, plan.walls, circle, plan.settings.grid, count)
+    program = KeptProgram(plan.maneuver, plan.walls, circle, plan.settings.grid, count, cells, way)
     found = program.best(plan.obstacle_times / plan.maneuver.duration)
     if found is None:
         return plan

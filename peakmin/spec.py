@@ -278,7 +278,7 @@ def walls_only(maneuver: Maneuver, what: str) -> None:
     """Refuse blocks, regions and speeds where only walls are understood. Raises `SpecError`."""
     if not maneuver.simple:
         field = "obstacles" if maneuver.blocks else "region" if maneuver.region is not None else "max_speed"
-        had = f"{len(maneuver.blocks)} blocks" if maneuver.blocks else "given"
+        had = "with blocks" if maneuver.blocks else "given"
         raise SpecError(f"maneuver.{field}: was {had}, must be left out for {what} (walls only)")
 
 

@@ -97,8 +97,9 @@ def sweep(
     settings = settings or Settings()
     if isinstance(settings, Settings) and not isinstance(settings.search, SweepSearch):
         settings = settings.model_copy(update={"search": SweepSearch()})
+    if isinstance(maneuver, Maneuver):
+        walls_only(maneuver, "a sweep")
     check(maneuver, settings)
-    walls_only(maneuver, "a sweep")
     walls = len(maneuver.walls)
     if times is None:
         assert isinstance(settings.search, SweepSearch)

@@ -258,11 +258,24 @@ def test_refusals_of_what_does_not_go_together():
             pm.solve(past(block, wall))
     with pytest.raises(pm.SpecError, match="global"):
         pm.solve(past(block), pm.Settings(search=pm.SweepSearch()))
+    with pytest.raises(pm.SpecError, match="a sweep"):
+        pm.sweep(past(block))
     with pytest.raises(pm.SpecError, match="walls only"):
         pm.shortest(past(block), peak=9.0)
     closed = past(box(0.4, 0.6, 0.1, 0.3, side="left"), box(0.4, 0.6, -0.3, -0.1, side="right"))
     with pytest.raises(pm.SpecError, match="must leave a way"):
         pm.solve(closed)
+
+
+def test_a_region_and_a_speed_beside_a_block():
+    square = box(1.5, 2.5, -0.5, 0.3)
+    common = {"goal": pm.State(position=(4, 0)), "duration": 20.0, "margin": 0.05}
+    settings = pm.Settings(grid=pm.Aligned(steps=80))
+    for bound in ({"max_speed": 0.3}, {"region": ((-0.1, -1), (4.1, -1), (4.1, 0.36), (-0.1, 0.36))}):
+        plan = pm.solve(past(square, **common, **bound), settings)
+        assert plan.status == "solved"
+        assert plan.lower_bound <= plan.peak
+        assert_free(plan)
 
 
 def test_walls_across_the_way_stand_beside_blocks():
