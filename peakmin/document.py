@@ -119,7 +119,8 @@ def _plan(data: dict[str, Any]) -> Plan:
     if spec.maneuver.blocks:
         if data["scope"] != "all":
             raise ValueError("the proof past blocks is of all times")
-        proof = WaysProof(tuple(_branch(branch, Cells(spec.maneuver)) for branch in data["proof"]))
+        cells = Cells(spec.maneuver)
+        proof = WaysProof(tuple(_branch(branch, cells) for branch in data["proof"]))
     else:
         proof = Proof(data["scope"], _leaves_of(data["proof"], mass.walls))
     return Plan(
