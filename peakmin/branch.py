@@ -77,14 +77,14 @@ def certify(
     best, at = descend(mass, extremal(mass, at), at)
     serial = itertools.count()
     root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers, tuple(at.tolist()))
+    bound = root.bound(mass)
     size = np.hypot(*best.multipliers.T)
     push = size[2:] > IDLE * np.max(size, initial=0.0)
-    if 0 < best.upper < math.inf and not np.all(push) and root.bound(mass) < (1 - gap) * best.upper:
+    if 0 < best.upper < math.inf and not np.all(push) and bound < (1 - gap) * best.upper:
         few = certify(mass.only(push), gap / 2, node_limit, time_limit, progress, at[push])
         if few.lower >= (1 - gap) * best.upper:
             leaves = [_past_idle(leaf, push, at) for leaf in few.leaves]
             return Certificate(leaves, min(few.lower, best.upper), best, at, few.nodes, True)
-    bound = root.bound(mass)
     if bound < (1 - gap) * best.upper and start is None:
         best, at = _elsewhere(mass, best, at)
     waiting = [(bound, next(serial), root, best.multipliers)]

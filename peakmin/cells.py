@@ -26,14 +26,14 @@ from .spec import Maneuver
 
 SAME = 1e-12  # of the scene's size: lines closer than this are one, gaps that overlap by minus this much meet
 
-Interval = tuple[float, float]
+Interval = tuple[float, float]  # of y [m], either end may be infinite
 Way = tuple[tuple[int, ...], ...]  # the gaps that are left in each strip, by their numbers from below
 Line = tuple[float, int]  # its x [m] and the strip whose gap it is crossed in: at a strip's end there is a choice
 
 
 @dataclass(frozen=True)
 class Gap:
-    """A free trapezoid: between the lines y = a + b x of `low` and `high`, either one infinitely far."""
+    """A free trapezoid: between the lines y = a + b x of `low` and `high`, a [m] or infinite, b without unit."""
 
     low: tuple[float, float]
     high: tuple[float, float]
@@ -177,31 +177,29 @@ class Cells:
     def _meet(self, k: int, g: int, other: int, h: int) -> bool:
         x = self.lines[max(k, other)]
         (a, b), (c, d) = self.gaps[k][g].at(x), self.gaps[other][h].at(x)
-        low, high = max(a, c), min(b, d)
+        low, high = self._past_walls(x, max(a, c), min(b, d))
+        return high >= low - SAME * self.size
+
+    def _past_walls(self, x: float, low: float, high: float) -> Interval:
+        """What the user's wall at x, if there is one, leaves of an interval there."""
         for at, wall in self.walls:
             if at == x:
-                e, f = self._free(wall)
-                low, high = max(low, e), min(high, f)
-        return high >= low - SAME * self.size
+                a, b = self._free(wall)
+                low, high = max(low, a), min(high, b)
+        return low, high
 
     def _free(self, wall: Wall) -> Interval:
         """Where a wall across the way lets the path through."""
         tip = float(self.frame.position(wall.tip)[1])
         up = float(self.frame.vector(wall.direction)[1]) < 0
         far = math.inf if wall.opening is None else wall.opening
-        far = 0.0 if wall.contact == "touch" else far
         return (tip, tip + far) if up else (tip - far, tip)
 
     def interval(self, way: Way, line: Line) -> Interval:
         """Where a path with one of these ways crosses the line: the hull of the gaps', and of any wall there."""
         x, k = line
         sections = [self.gaps[k][g].at(x) for g in way[k]]
-        low, high = min(s[0] for s in sections), max(s[1] for s in sections)
-        for at, wall in self.walls:
-            if at == x:
-                e, f = self._free(wall)
-                low, high = max(low, e), min(high, f)
-        return low, high
+        return self._past_walls(x, min(s[0] for s in sections), max(s[1] for s in sections))
 
     @cached_property
     def fixed(self) -> list[Line]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,8 @@ from numpy.typing import ArrayLike
 from .arrays import Array
 from .obstacles import Block, Wall
 from .spec import Maneuver, State
+
+Map = Callable[[ArrayLike], Array]  # of points or vectors, (..., 2) -> (..., 2)
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,7 @@ class Frame:
         return self._moved(maneuver, self.position_back, self.vector_back)
 
     @staticmethod
-    def _moved(maneuver: Maneuver, position, vector) -> Maneuver:  # type: ignore[no-untyped-def]
+    def _moved(maneuver: Maneuver, position: Map, vector: Map) -> Maneuver:
         def state(s: State) -> State:
             return State(position=position(s.position), velocity=vector(s.velocity))
 

@@ -127,7 +127,7 @@ class KeptProgram:
         if not kept.walls >= 0:  # touched from the near side: what a hold bends between its ends
             bend = motion.peak() * float(np.max(np.diff(motion.nodes))) ** 2 / 8
             room["sides"] = max(2 * room["sides"], bend)
-        if not kept.blocks >= 0:
+        if not kept.blocks >= 0:  # at first the gaps' own edges are asked for, then more
             room["gaps"] += (
                 max(min(-kept.blocks, 0.01 * self.size), FIRST_ROOM * self.size) if room["gaps"] else 1e-9 * self.size
             )
@@ -192,11 +192,11 @@ class KeptProgram:
             if wall not in self.maneuver.walls:
                 continue
             normal = np.array([-free[1], free[0]])
-            for where, end in ((edges < at - 1e-12, np.zeros(2)), (edges > at + 1e-12, mass.pf)):
+            for where, end, span in ((edges < at - 1e-12, np.zeros(2), at), (edges > at + 1e-12, mass.pf, 1 - at)):
                 side = float(normal @ (end - tip))
                 if abs(side) > 1e-12 and np.any(where):
                     # the room that is asked for shrinks towards the crossing itself
-                    share = np.minimum(1.0, np.abs(edges[where] - at) / max(at if end is not mass.pf else 1 - at, 1e-9))
+                    share = np.minimum(1.0, np.abs(edges[where] - at) / max(span, 1e-9))
                     keep = room["sides"] / mass.length * share
                     out.append(
                         math.copysign(1, side) * (r[np.flatnonzero(where)] @ normal - kappa * (normal @ tip))

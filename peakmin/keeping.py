@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,11 +22,9 @@ CHORDS = 20_000  # of a continuous control's path; what bends between them is ch
 
 @dataclass(frozen=True)
 class Keeping:
-    """clearance: distance from walls and blocks [m], negative inside;  blocks: from blocks less the margin [m], and
-    from what lies behind blocks whose side is given;
-
-    region: distance from the region's edge [m], negative outside;  speed: the largest [m/s]. Infinite or zero where
-    nothing is asked.
+    """clearance: distance from walls and blocks [m], negative inside;  walls: from walls alone;  blocks: from blocks
+    less the margin [m], from what lies behind blocks whose side is given, and from where blocks meet;  region:
+    from the region's edge [m], negative outside;  speed: the largest [m/s]. Infinite or zero where nothing is asked.
     """
 
     clearance: float
@@ -65,7 +63,7 @@ def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
         default=math.inf,
     )
     blocks = min((block_clearance(motion, np.array(block.vertices)) for block in maneuver.blocks), default=math.inf)
-    behind = min((block_clearance(motion, corners) for corners in _closed(maneuver, size)), default=math.inf)
+    behind = min((block_clearance(motion, corners) for corners in _closed(maneuver)), default=math.inf)
     return Keeping(
         min(walls, blocks),
         walls,
@@ -75,25 +73,31 @@ def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
     )
 
 
-def _closed(maneuver: Maneuver, size: float) -> Iterator[Array]:
-    """Corners (n, 2) of what else is closed: behind blocks with a side, between start and goal; joints of blocks."""
+@lru_cache(maxsize=16)
+def _closed(maneuver: Maneuver) -> tuple[Array, ...]:
+    """Corners (n, 2) of what else is closed: behind blocks with a side, between start and goal; joints of blocks.
+
+    Margins included, as in `peakmin.cells`: what the bound counts as closed must be closed to a plan too.
+    """
     import shapely
 
     start, goal = np.array(maneuver.start.position), np.array(maneuver.goal.position)
     if not maneuver.blocks or not np.any(goal - start):
-        return
+        return ()
     along = (goal - start) / math.hypot(*(goal - start))
     left = np.array([-along[1], along[0]])
-    far = FAR * size
+    far = FAR * extent(maneuver)
+    closed = []
     between = shapely.Polygon([start + far * left, goal + far * left, goal - far * left, start - far * left])
     for block in maneuver.blocks:
         if block.side == "either":
             continue
-        shadow = shapely.Polygon(block.shadow(-left if block.side == "left" else left, far))
-        yield from (np.array(part.exterior.coords)[:-1] for part in _parts(shadow.intersection(between)))
-    joined = _parts(shapely.union_all([shapely.Polygon(block.vertices) for block in maneuver.blocks]))
+        shadow = shapely.Polygon(block.shadow(maneuver.margin, -left if block.side == "left" else left, far))
+        closed += _parts(shadow.intersection(between))
+    joined = _parts(shapely.union_all([shapely.Polygon(b.grown(maneuver.margin)[0]) for b in maneuver.blocks]))
     if len(joined) < len(maneuver.blocks):
-        yield from (np.array(part.exterior.coords)[:-1] for part in joined if not part.interiors)
+        closed += [part for part in joined if not part.interiors]
+    return tuple(np.array(part.exterior.coords)[:-1] for part in closed)
 
 
 def _parts(shape: Any) -> list[Any]:

@@ -36,9 +36,8 @@ def peak_map(maneuver: Maneuver, settings: Settings | None = None, count: int = 
     mass, t = least_peak.mass, (np.arange(count) + 0.5) / count * maneuver.duration
     peak = np.full((count, count), np.nan)  # rows are T_2
     for i, j in combinations(range(count), 2):
-        peak[j, i] = (
-            mass.floor(t[[i, j]] / mass.time) * mass.unit
-        )  # at most the least peak; too large: no more is shown
+        # about the least peak, from below: where it is too large already no more is shown
+        peak[j, i] = mass.floor(t[[i, j]] / mass.time) * mass.unit
     base, best, least = 0.1 * float(np.nanquantile(peak, 0.1)), (0, 1), np.inf
     for flat in np.argsort(peak, axis=None)[: count * (count - 1) // 2]:
         j, i = divmod(int(flat), count)

@@ -89,17 +89,18 @@ class Block(Model):
             polygon = polygon.buffer(margin, quad_segs=ROUND)
         return [np.array(ring.coords)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
 
-    def shadow(self, across: Array, far: float) -> Array:
-        """The corners, shape (n, 2), of the block with all that lies behind it, up to `far` [m] away.
+    def shadow(self, margin: float, across: Array, far: float) -> Array:
+        """The corners, shape (n, 2), of what the margin keeps out with all that lies behind it, up to `far` [m] away.
 
         Args:
+            margin: [m].
             across: unit vector (2,) away from the side on which the path goes.
         """
         import shapely
 
-        polygon, push = shapely.Polygon(self.vertices), far * across
-        corners = np.array(polygon.exterior.coords)
-        parts = [shapely.Polygon([a, b, b + push, a + push]) for a, b in zip(corners, corners[1:], strict=False)]
+        corners, push = self.grown(margin)[0], far * across
+        polygon, after = shapely.Polygon(corners), np.roll(corners, -1, axis=0)
+        parts = [shapely.Polygon([a, b, b + push, a + push]) for a, b in zip(corners, after, strict=True)]
         whole = shapely.union_all([polygon, *(part for part in parts if part.area > 0 and part.is_valid)])
         return np.array(whole.exterior.coords)[:-1]
 
@@ -123,7 +124,8 @@ Obstacle = Annotated[
 
 def convex(corners: tuple[Vector, ...]) -> tuple[Vector, ...]:
     """The corners of a convex polygon, counterclockwise. Raises `ValueError` where they are not."""
-    points = np.array(_corners(corners))
+    corners = _corners(corners)
+    points = np.array(corners)
     step = np.roll(points, -1, axis=0) - points
     turn = step[:, 0] * np.roll(step[:, 1], -1) - step[:, 1] * np.roll(step[:, 0], -1)
     if not (np.all(turn >= 0) or np.all(turn <= 0)):

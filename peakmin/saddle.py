@@ -59,7 +59,7 @@ def saddle(mass: PointMass, low: Array, high: Array, at: Array, multipliers: Arr
     if np.any(concave & (least <= 0)):
         return 0.0, place
     # a/h from below by lines in h: its chord where it is concave
-    convex, slope, level = np.maximum(a, 0.0), np.zeros_like(a), c
+    convex, slope = np.maximum(a, 0.0), np.zeros_like(a)
     slope[concave] = -a[concave] / (least[concave] * most[concave])
     level = c + np.sum(a[concave] * (1 / least[concave] + 1 / most[concave]))
     best = 0.0

@@ -20,7 +20,7 @@ import numpy as np
 from .arrays import Array
 from .branch import Certificate, certify
 from .cells import Cells, Line, Way
-from .exact import Extremal, extremal
+from .exact import extremal
 from .keeping import keeping
 from .moments import PointMass
 from .progress import Progress
@@ -51,7 +51,6 @@ class Free:
     lift: float
     past: Maneuver
     times: Array
-    found: Extremal
     peak: float
 
 
@@ -104,10 +103,21 @@ class Search:
 
     @property
     def upper(self) -> float:
+        """The least peak of a free path that is known [m/s^2]."""
         return math.inf if self.best is None else self.best.peak
 
+    @property
+    def _nodes(self) -> list[_Node]:
+        """The nodes that together stand for every way."""
+        return [node for _, _, node in self._heap] + self._closed
+
+    @property
+    def lower(self) -> float:
+        """No free path has a smaller peak [m/s^2]."""
+        return min(self.upper, *(node.bound for node in self._nodes))
+
     def run(self, way: Way, rounds: int, time_limit: float, progress: Progress | None) -> Found:
-        """Search until the gap is reached, or for so many rounds and seconds."""
+        """Search until the gap is reached or comes down no more, or for so many rounds and seconds."""
         self._until = time.perf_counter() + time_limit
         self._push(self._solve(way, ()))
         last, stalled, gap = self._heap[0][2], 0, 1.0
@@ -117,19 +127,16 @@ class Search:
             last = heapq.heappop(self._heap)[2]
             for child in self._expand(last):
                 self._push(child)
-            left = (
-                1 - min([self._heap[0][0] if self._heap else math.inf, *(n.bound for n in self._closed)]) / self.upper
-            )
+            left = 1 - self.lower / self.upper
             stalled, gap = (0, left) if math.isinf(self.upper) or left < WORTH * gap else (stalled + 1, gap)
             if progress:
                 progress(self.rounds, self.rounds + len(self._heap))
-        nodes = [node for _, _, node in self._heap] + self._closed
-        lower = min(min(node.bound for node in nodes), self.upper)
-        return Found(lower, tuple(n.branch for n in nodes), self.best, self._as_free(last), self.boxes, self.rounds)
+        branches = tuple(node.branch for node in self._nodes)
+        return Found(self.lower, branches, self.best, self._as_free(last), self.boxes, self.rounds)
 
     def _as_free(self, node: _Node) -> Free:
         found = node.certificate
-        return Free(node.way, node.lines, 0.0, node.past, found.times, found.best, found.best.upper * node.mass.unit)
+        return Free(node.way, node.lines, 0.0, node.past, found.times, found.best.upper * node.mass.unit)
 
     def _push(self, node: _Node | None) -> None:
         if node is not None:
@@ -258,7 +265,7 @@ class Search:
             kept = keeping(self.maneuver, found.motion.in_units(mass))
             short = -min(kept.walls, kept.blocks)
             if not short > 0:
-                self.best = Free(node.way, node.lines, lift, past, node.certificate.times, found, peak)
+                self.best = Free(node.way, node.lines, lift, past, node.certificate.times, peak)
                 return
             if not node.past.walls:
                 return

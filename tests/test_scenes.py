@@ -12,7 +12,9 @@ import peakmin as pm
 from peakmin.cells import Cells
 from peakmin.clearance import block_clearance
 from peakmin.document import digest
+from peakmin.keeping import keeping
 from peakmin.least import LeastPeak
+from peakmin.trajectory import HoldTrajectory
 
 from .conftest import wall_maneuver
 from .random_scenes import scene
@@ -325,7 +327,25 @@ def test_the_joint_of_two_blocks_is_no_way():
     plan = pm.solve(past(box(0.3, 0.7, 0, 1), box(0.3, 0.7, -1, 0)))
     assert plan.lower_bound > 15
     straight = pm.solve(past())
-    assert not pm.plan.keeping(plan.maneuver, straight.trajectory).passed(plan.maneuver)
+    assert not keeping(plan.maneuver, straight.trajectory).passed(plan.maneuver)
+
+
+def test_the_shadow_of_a_block_is_as_wide_as_its_margin():
+    """Below the left end of a block to be passed on the left, within its margin: closed to the bound, and to a plan."""
+    maneuver = past(box(0.4, 0.6, 0.1, 0.3, side="left"), margin=0.05)
+    points = np.array([(0, 0), (0.37, -0.3), (0.3, 0.2), (0.3, 0.5), (0.7, 0.5), (1, 0)])
+    dips = HoldTrajectory(np.linspace(0, 1, 6), np.zeros((5, 2)), points[0], 5 * (points[1] - points[0]))
+    assert not keeping(maneuver, dips).passed(maneuver)
+    cells = Cells(maneuver)
+    k = int(np.searchsorted(cells.lines, 0.37)) - 1
+    assert all(gap.at(0.37)[0] > 0 for gap in cells.gaps[k])
+
+
+def test_closed_rings_are_polygons_too():
+    square = [(0, -1), (1, -1), (1, 1), (0, 1), (0, -1)]
+    assert pm.Block(vertices=square).vertices == tuple(map(tuple, np.array(square[:-1], dtype=float).tolist()))
+    assert len(past(region=square).region) == 4
+    assert pm.solve(past(region=square)).status == "solved"
 
 
 @pytest.fixture(scope="module")
