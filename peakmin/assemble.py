@@ -33,6 +33,7 @@ def motion(
     p: Array,
     silent: Mask,
     peak: float,
+    impulses: Array,
     idle: Mask,
     fill: Callable[[PointMass, Array], CostateTrajectory],
 ) -> tuple[CostateTrajectory | None, Array]:
@@ -40,7 +41,7 @@ def motion(
 
     Args:
         silent: kinks where p is zero by assumption, (n,).
-        peak: M [scaled].
+        peak: M [scaled];  impulses: dI/dP there, shape (n, 2).
         idle: clear walls that do not push, (q,).
         fill: gives the motion of least peak for a stretch by itself.
     """
@@ -52,7 +53,7 @@ def motion(
     runs = _runs(quiet)
     for a, b, is_quiet in runs:
         if not is_quiet:
-            parts[a] = _speak(nodal, p, peak, idle, a, b, silent, points, beyond)
+            parts[a] = _speak(nodal, p, peak, impulses, idle, a, b, silent, points, beyond)
     for a, b, is_quiet in runs:
         if is_quiet:
             left = next((m for i, m in parts.items() if i < a and m.nodes[-1] == nodal.kinks[a]), None)
@@ -77,7 +78,16 @@ def _runs(quiet: Mask) -> list[tuple[int, int, bool]]:
 
 
 def _speak(
-    nodal: Nodal, p: Array, peak: float, idle: Mask, a: int, b: int, silent: Mask, points: Array, beyond: Array
+    nodal: Nodal,
+    p: Array,
+    peak: float,
+    impulses: Array,
+    idle: Mask,
+    a: int,
+    b: int,
+    silent: Mask,
+    points: Array,
+    beyond: Array,
 ) -> CostateTrajectory:
     """M p/|p| + e from kink a to kink b; sets `points` and `beyond` of the idle walls in between."""
     mass, kinks, last = nodal.mass, nodal.kinks, len(nodal.kinks) - 1
@@ -116,7 +126,7 @@ def _speak(
     # what the hat functions of the kinks that p is not silent at still miss
     used = np.array([j for j in range(a, b + 1) if not (silent[j] and (j in (a, b)) and 0 < j < last)], dtype=int)
     speeds = np.vstack([mass.v0, np.diff(points, axis=0) / nodal.h[:, None], mass.vf])
-    missed = np.diff(speeds, axis=0)[used] - peak * nodal.derivatives(p)[1].reshape(-1, 2)[used]
+    missed = np.diff(speeds, axis=0)[used] - peak * impulses[used]
     e = np.zeros_like(p)
     e[used] = np.linalg.solve(nodal.masses()[np.ix_(used, used)], missed)
     exact = run(plain.start_velocity, e[a:b], e[a + 1 : b + 1])
@@ -161,6 +171,8 @@ def _stretch(
 
 def _join(parts: list[CostateTrajectory]) -> CostateTrajectory:
     first = parts[0]
+    if len(parts) == 1:
+        return first
     return CostateTrajectory(
         np.concatenate([first.nodes, *(m.nodes[1:] for m in parts[1:])]),
         np.vstack([m.first for m in parts]),

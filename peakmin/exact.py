@@ -206,7 +206,7 @@ def _newton(nodal: Nodal, p: Array, basis: Array, steps: int = NEWTON_STEPS) -> 
             return np.asarray((basis @ here.y).reshape(p.shape))
     # the best multiple of the start
     here = _Point.of(nodal, basis, c, here.y * (here.work / here.impulse**2))
-    best, damping = here, 0.0
+    best, damping, least = here, 0.0, 1e-15 * float(np.linalg.norm(c))
     history: list[tuple[float, float]] = []
     for _ in range(steps):
         history.append((here.f, here.size))
@@ -214,10 +214,11 @@ def _newton(nodal: Nodal, p: Array, basis: Array, steps: int = NEWTON_STEPS) -> 
             f_before, g_before = history[-1 - PATIENCE]
             if f_before - here.f < 1e-3 * abs(here.f) and here.size > 0.5 * g_before:
                 break  # at a kink of F, where no gradient vanishes
-        scale = np.trace(here.hessian) / len(y)
+        scale = here.hessian.trace() / len(y)
         for _ in range(40):
             try:
-                step = -np.linalg.solve(here.hessian + damping * scale * np.eye(len(y)), here.g)
+                damped = here.hessian + damping * scale * np.eye(len(y)) if damping else here.hessian
+                step = -np.linalg.solve(damped, here.g)
             except np.linalg.LinAlgError:
                 damping = max(10 * damping, 1e-12)
                 continue
@@ -232,7 +233,7 @@ def _newton(nodal: Nodal, p: Array, basis: Array, steps: int = NEWTON_STEPS) -> 
         damping = damping / 10 if damping > 1e-12 else 0.0
         if here.size < best.size:
             best = here
-        if here.size <= 1e-15 * np.linalg.norm(c):
+        if here.size <= least:
             break
     return np.asarray((basis @ best.y).reshape(p.shape))
 
@@ -255,7 +256,7 @@ class _Point:
         impulse, gradient, hessian = nodal.derivatives(p.reshape(-1, 2))
         work = float(c @ p)
         g = basis.T @ (impulse * gradient - c)
-        curved = basis.T @ (np.outer(gradient, gradient) + impulse * hessian) @ basis
+        curved = basis.T @ (gradient[:, None] * gradient + impulse * hessian) @ basis
         return cls(y, work, impulse, 0.5 * impulse**2 - work, g, math.sqrt(g @ g), curved)
 
 
@@ -264,9 +265,12 @@ def assemble(nodal: Nodal, p: Array, silent: Mask, idle: Mask) -> tuple[Extremal
     times, mass = nodal.kinks[1:-1], nodal.mass
     multipliers = nodal.multipliers(p)
     work = float(np.sum(p * nodal.forces(np.zeros(mass.walls))))
-    peak = max(work, 0.0) / (nodal.derivatives(p)[0] or 1.0)
+    impulse, impulses, _ = nodal.derivatives(p)
+    peak = max(work, 0.0) / (impulse or 1.0)
     try:
-        made, beyond = motion(nodal, p, silent, peak, idle, lambda part, at: extremal(part, at).motion)
+        made, beyond = motion(
+            nodal, p, silent, peak, impulses.reshape(-1, 2), idle, lambda part, at: extremal(part, at).motion
+        )
     except np.linalg.LinAlgError:
         made, beyond = None, np.full(mass.walls, -np.inf)
     lower = lower_bound(mass, times, multipliers)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -93,10 +94,12 @@ def mean_direction(first: Array, last: Array) -> tuple[Array, Array]:
     )
 
 
-def derivatives(first: Sequence[float], last: Sequence[float]) -> tuple[float, list[float], list[list[float]]]:
-    """int |p| dx of one piece (2,), its gradient (4,) and its Hessian (4, 4) in (p_0, p_1). Scalar and fast.
+def derivatives(first: Sequence[float], last: Sequence[float]) -> list[float]:
+    """int |p| dx of one piece (2,) and what its derivatives consist of, for loops over few pieces: scalars, no arrays.
 
-    The gradient is int (1-x, x) p/|p| dx; the Hessian int (1-x, x)(1-x, x)' (1 - p p'/|p|^2)/|p| dx, where
+    Returns 14 numbers: int |p| dx; int p/|p| dx and int x p/|p| dx; and for m = 0, 1, 2 the entries xx, xy, yy of
+    int x^m K dx, K = (1 - p p'/|p|^2)/|p|. `assembly` makes gradient and Hessian of them, with the weights 1-x and x.
+
     1 - p p'/|p|^2 = w w' with w = (e c - s n)/r across p: the integrals of s^m/r^3 are, for m = 0 .. 4,
     s/(e^2 r), -1/r, a - s/r, r + e^2/r, s r/2 - 3/2 e^2 a + e^2 s/r. |e| is kept off zero there, where a has no limit.
     """
@@ -105,31 +108,33 @@ def derivatives(first: Sequence[float], last: Sequence[float]) -> tuple[float, l
     d, r0, r1 = math.hypot(dx, dy), math.hypot(x0, y0), math.hypot(x1, y1)
     if d <= STRAIGHT * min(r0, r1) or d == 0:
         return _smooth(first, last)
-    c = cx, cy = dx / d, dy / d
-    n = -cy, cx
-    e = x0 * n[0] + y0 * n[1] if r0 < r1 else x1 * n[0] + y1 * n[1]
+    cx, cy = dx / d, dy / d
+    e = y0 * cx - x0 * cy if r0 < r1 else y1 * cx - x1 * cy  # n = (-cy, cx)
     s0, s1 = x0 * cx + y0 * cy, x1 * cx + y1 * cy
     small = abs(e) if abs(e) > NO_OFFSET else 1.0
     over_r = math.asinh(s1 / small) - math.asinh(s0 / small)
     s_over_r, ss_over_r = r1 - r0, 0.5 * (s1 * r1 - s0 * r0 - e * e * over_r)
     norm = 0.5 * (s1 * r1 - s0 * r0 + e * e * over_r) / d
-    plain = [(s_over_r * c[i] + e * over_r * n[i]) / d for i in (0, 1)]
+    on_c, on_n = s_over_r / d, e * over_r / d
+    out = [norm, on_c * cx - on_n * cy, on_c * cy + on_n * cx]
     on_c, on_n = (ss_over_r - s0 * s_over_r) / d**2, e * (s_over_r - s0 * over_r) / d**2
-    weighted = [on_c * c[i] + on_n * n[i] for i in (0, 1)]
-    gradient = [plain[0] - weighted[0], plain[1] - weighted[1], *weighted]
+    out += (on_c * cx - on_n * cy, on_c * cy + on_n * cx)
     floor = 1e-14 * max(r0, r1)
     sign, e = (-1.0 if e < 0 else 1.0), max(abs(e), floor if floor > 0 else 1.0)
     # e^2 times the zeroth, e times the first: no division by e
     q0, q1, j2, j3, j4 = (b - a for a, b in zip(_cubes(s0, e), _cubes(s1, e), strict=True))
-    cc = q0, (e * q1 - s0 * q0) / d, (e * e * j2 - 2 * s0 * e * q1 + s0 * s0 * q0) / d**2
-    cn = q1, (e * j2 - s0 * q1) / d, (e * j3 - 2 * s0 * e * j2 + s0 * s0 * q1) / d**2
-    nn = j2, (j3 - s0 * j2) / d, (j4 - 2 * s0 * j3 + s0 * s0 * j2) / d**2
-    square, mixed = (cx * cx, cx * cy, cy * cy), (-2 * cx * cy, cx * cx - cy * cy, 2 * cx * cy)
-    across = square[2], -square[1], square[0]
-    moments = [
-        [(cc[m] * square[i] - sign * cn[m] * mixed[i] + nn[m] * across[i]) / d for i in range(3)] for m in range(3)
-    ]
-    return norm, gradient, _block(*moments)
+    xx, xy, yy, xy2, square = cx * cx, cx * cy, cy * cy, 2 * cx * cy, cx * cx - cy * cy
+    for cc, cn, nn in (
+        (q0 / d, sign * q1 / d, j2 / d),
+        ((e * q1 - s0 * q0) / d**2, sign * (e * j2 - s0 * q1) / d**2, (j3 - s0 * j2) / d**2),
+        (
+            (e * e * j2 - 2 * s0 * e * q1 + s0 * s0 * q0) / d**3,
+            sign * (e * j3 - 2 * s0 * e * j2 + s0 * s0 * q1) / d**3,
+            (j4 - 2 * s0 * j3 + s0 * s0 * j2) / d**3,
+        ),
+    ):
+        out += (cc * xx + cn * xy2 + nn * yy, cc * xy - cn * square - nn * xy, cc * yy - cn * xy2 + nn * xx)
+    return out
 
 
 def _cubes(s: float, e: float) -> tuple[float, float, float, float, float]:
@@ -137,26 +142,34 @@ def _cubes(s: float, e: float) -> tuple[float, float, float, float, float]:
     return s / r, -e / r, a - s / r, r + e * e / r, 0.5 * s * r - 1.5 * e * e * a + e * e * s / r
 
 
-def _smooth(first: Sequence[float], last: Sequence[float]) -> tuple[float, list[float], list[list[float]]]:
+def _smooth(first: Sequence[float], last: Sequence[float]) -> list[float]:
     """The same by the Gauss rule."""
     p = _between(np.asarray(first), np.asarray(last))
     r = np.hypot(p[:, 0], p[:, 1])
     size = np.where(r > 0, r, 1.0)
     along = p / size[:, None]
     x, w = GAUSS_NODES, GAUSS_WEIGHTS
-    entries = np.stack([along[:, 1] ** 2, -along[:, 0] * along[:, 1], along[:, 0] ** 2]) / size
-    moments = [(entries @ (w * x**m)).tolist() for m in range(3)]
-    return float(w @ r), [*((w * (1 - x)) @ along).tolist(), *((w * x) @ along).tolist()], _block(*moments)
+    entries = np.stack([along[:, 1] ** 2, -along[:, 0] * along[:, 1], along[:, 0] ** 2], axis=1) / size[:, None]
+    weights = w * x ** np.arange(3)[:, None]
+    return [float(w @ r), *(weights[:2] @ along).ravel().tolist(), *(weights @ entries).ravel().tolist()]
 
 
-def _block(zeroth: list[float], linear: list[float], square: list[float]) -> list[list[float]]:
-    """int (1-x, x)(1-x, x)' k dx, rows of (4, 4), from the entries xx, xy, yy of int k, int x k and int x^2 k."""
-    a = [z - 2 * m + s for z, m, s in zip(zeroth, linear, square, strict=True)]
-    b = [m - s for m, s in zip(linear, square, strict=True)]
-    c = square
-    return [
-        [a[0], a[1], b[0], b[1]],
-        [a[1], a[2], b[1], b[2]],
-        [b[0], b[1], c[0], c[1]],
-        [b[1], b[2], c[1], c[2]],
-    ]
+@lru_cache(maxsize=64)
+def assembly(n: int) -> Array:
+    """The matrix (14 (n-1), 1 + 2n + 4n^2) that adds up the pieces' `derivatives` at n values P_j, shape (n, 2).
+
+    Row vectors: 14 numbers of each piece, times its length, become I = sum h int |p| dx, dI/dP and d2I/dP2.
+    """
+    out = np.zeros((n - 1, 14, 1 + 2 * n + 4 * n * n))
+    one_less_x = {(0, 0): (1, -2, 1), (0, 1): (0, 1, -1), (1, 0): (0, 1, -1), (1, 1): (0, 0, 1)}
+    for j in range(n - 1):
+        out[j, 0, 0] = 1
+        for i in (0, 1):
+            out[j, [1 + i, 3 + i], 1 + 2 * j + i] = 1, -1
+            out[j, 3 + i, 3 + 2 * j + i] = 1
+        hessian = out[j, :, 1 + 2 * n :].reshape(14, n, 2, n, 2)
+        for (a, b), powers in one_less_x.items():
+            for m, factor in enumerate(powers):
+                for entry, (i, k) in ((0, (0, 0)), (1, (0, 1)), (1, (1, 0)), (2, (1, 1))):
+                    hessian[5 + 3 * m + entry, j + a, i, j + b, k] = factor
+    return out.reshape(14 * (n - 1), -1)

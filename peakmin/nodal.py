@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from .arrays import Array, Mask
-from .integrals import derivatives
+from .integrals import assembly, derivatives
 from .moments import PointMass
 
 
@@ -49,15 +49,10 @@ class Nodal:
 
     def derivatives(self, p: Array) -> tuple[float, Array, Array]:
         """I, dI/dP (2n,) and d2I/dP2 (2n, 2n)."""
-        n = len(p)
-        impulse, gradient, hessian = 0.0, np.zeros(2 * n), np.zeros((2 * n, 2 * n))
-        values = p.tolist()
-        for j, h in enumerate(self.h.tolist()):
-            norm, slope, curvature = derivatives(values[j], values[j + 1])
-            impulse += h * norm
-            gradient[2 * j : 2 * j + 4] += h * np.array(slope)
-            hessian[2 * j : 2 * j + 4, 2 * j : 2 * j + 4] += h * np.array(curvature)
-        return impulse, gradient, hessian
+        n, values = len(p), p.tolist()
+        pieces = [derivatives(a, b) for a, b in zip(values, values[1:], strict=False)]
+        total = (self.h[:, None] * pieces).ravel() @ assembly(n)
+        return float(total[0]), total[1 : 1 + 2 * n], total[1 + 2 * n :].reshape(2 * n, 2 * n)
 
     def masses(self) -> Array:
         """int phi_i phi_j dt of the hat functions, shape (n, n)."""

@@ -6,7 +6,7 @@ import pytest
 import peakmin as pm
 from peakmin.costate import CostateTrajectory
 from peakmin.exact import extremal
-from peakmin.integrals import derivatives, mean_direction, mean_norm
+from peakmin.integrals import assembly, derivatives, mean_direction, mean_norm
 from peakmin.least import LeastPeak
 from peakmin.moments import PointMass
 from peakmin.paper import TWO_LINK
@@ -37,7 +37,8 @@ def test_integrals_along_a_piece(seed):
     plain, weighted = mean_direction(p0, p1)
     np.testing.assert_allclose(plain, np.einsum("pg,pgi->i", w, unit), atol=1e-13)
     np.testing.assert_allclose(weighted, np.einsum("pg,pgi->i", w * x, unit), atol=1e-13)
-    norm, gradient, hessian = derivatives(p0.tolist(), p1.tolist())
+    total = np.array(derivatives(p0.tolist(), p1.tolist())) @ assembly(2)
+    norm, gradient, hessian = total[0], total[1:5], total[5:]
     assert norm == pytest.approx(np.sum(w * r), rel=1e-13)
     shares = np.stack([1 - x, x])
     np.testing.assert_allclose(np.reshape(gradient, (2, 2)), np.einsum("pg,apg,pgi->ai", w, shares, unit), atol=1e-13)
