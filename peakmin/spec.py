@@ -219,7 +219,8 @@ class Settings(Model):
         yield from (name for name in SOLVERS[self.circle.kind] if name != self.solver)
 
 
-def _known_version(version: int) -> int:
+def known_version(version: int) -> int:
+    """The version of a spec or plan file. Raises `ValueError` for one that is not known."""
     if version != 1:
         raise ValueError("1 (the only version so far)")
     return version
@@ -228,7 +229,7 @@ def _known_version(version: int) -> int:
 class Spec(Model):
     """A whole spec file."""
 
-    version: Annotated[int, Field(strict=True), AfterValidator(_known_version)] = 1
+    version: Annotated[int, Field(strict=True), AfterValidator(known_version)] = 1
     maneuver: Maneuver
     settings: Settings = Settings()
 

@@ -1,0 +1,176 @@
+"""A held control for given instants whose path stays within reach and out of the way, node by node.
+
+    maximise kappa = 1/M  subject to  v_k in shape,  A v = kappa b,  |r_k - kappa base| <= kappa R,
+                                      n_k . r_k >= kappa c_k,  and where an elbow turns over  n . V_k = 0
+
+with r and V the position and velocity at the nodes, kappa times as large. The outer edge is convex; the inner edge and
+what the links would touch are cut off by half-planes at the nodes where the path before was inside, again and again.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import cvxpy as cp
+import numpy as np
+
+from ..arrays import Array
+from ..bracket import HoldProblem
+from ..circle import Disc, Polygon
+from ..grid import Aligned
+from ..moments import PointMass
+from ..program import OPTIONS
+from ..spec import Maneuver
+from ..trajectory import HoldTrajectory
+from .clearance import link_clearance
+from .joints import JointPath
+from .proof import Passage
+from .workspace import Sheet
+
+TRIES = 14  # of cutting off
+FIRST_ROOM = 3e-6  # of the arm: asked more than needed at first
+STEP = 1e-6  # of the arm: for the slope of a clearance
+RADIUS = 1e-7  # of the reach: by which the outer edge is drawn in, for what bends outwards between nodes
+
+Cut = tuple[int, Array, float]  # node, n, c: n . r >= c [m]
+
+
+@dataclass(frozen=True)
+class Course:
+    """What is kept: the maneuver past its walls, touched at given times, and which edge is touched at one of them.
+
+    turn: index of the wall at which the elbow turns over, with the outward unit normal there; or None.
+    """
+
+    passage: Passage
+    past: Maneuver
+    circle: Disc | Polygon
+    steps: int
+    turn: tuple[int, Array] | None = None
+
+    @property
+    def mass(self) -> PointMass:
+        return PointMass.of(self.past)
+
+    def free(self, times: Array, first: HoldTrajectory | None = None) -> tuple[HoldTrajectory, JointPath] | None:
+        """The motion of about least peak at these times [scaled], (q,), that is free and within reach; or None.
+
+        Args:
+            first: a motion on the same grid around which to begin cutting.
+        """
+        cuts: list[Cut] = []
+        size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
+        motion = first
+        for _ in range(TRIES):
+            if motion is not None:
+                path = self.joints(motion, times)
+                clear = link_clearance(self.passage.workspace, path)
+                short = max(self.passage.workspace.maneuver.margin - clear.least, -clear.within)
+                if short <= 0:
+                    return motion, path
+                cuts = self._cuts(motion, times, room + 0.02 * size)
+                room += min(max(short, 0.0), 0.01 * size) * 0.5
+                cuts = [(k, n, c + room) for k, n, c in cuts]
+            motion = self.solve(times, cuts)
+            if motion is None:
+                return None
+        return None
+
+    def joints(self, motion: HoldTrajectory, times: Array) -> JointPath:
+        """The joints' motion, which turns the elbow over where that is asked for."""
+        passage = self.passage
+        if self.turn is None:
+            return JointPath(passage.workspace.chain, motion, (0, 1), passage.elbow, (), None, passage.theta[0])
+        at = float(times[self.turn[0]]) * self.past.duration
+        return JointPath(passage.workspace.chain, motion, (0, 1), passage.elbows[0], (at,), None, passage.theta[0])
+
+    def _cuts(self, motion: HoldTrajectory, times: Array, near: float) -> list[Cut]:
+        """Half-planes that keep every node that is near or inside something on the outside of it, to first order."""
+        workspace, r = self.passage.workspace, motion.node_position
+        path, (inner, _) = self.joints(motion, times), workspace.chain.reach
+        signs = path.elbows(motion.nodes)
+        out: list[Cut] = []
+        s = r - workspace.chain.base
+        rho = np.hypot(*s.T)
+        for k in np.flatnonzero(rho < inner + near):
+            n = s[k] / rho[k]
+            out.append((int(k), n, inner + float(n @ workspace.chain.base)))
+        if not workspace.maneuver.obstacles:
+            return out
+        step = STEP * workspace.size
+
+        def slack(at: Array) -> Array:
+            value = np.empty(len(at))
+            for sign in (-1.0, 1.0):
+                own = signs == sign
+                if np.any(own):
+                    theta = Sheet(workspace, sign).angles(at[own])
+                    value[own] = np.min(workspace.clearance(theta), axis=-1)
+            return value - workspace.maneuver.margin
+
+        here = slack(r)
+        slope = np.stack([(slack(r + step * e) - slack(r - step * e)) / (2 * step) for e in np.eye(2)], axis=-1)
+        for k in np.flatnonzero(here < near):
+            size = float(np.hypot(*slope[k]))
+            if size > 1e-3:
+                n = slope[k] / size
+                out.append((int(k), n, float(n @ r[k]) - float(here[k]) / size))
+        return out
+
+    def solve(self, times: Array, cuts: list[Cut]) -> HoldTrajectory | None:
+        """The motion of least peak at these times with these cuts; None where the solver finds none."""
+        mass, chain = self.mass, self.passage.workspace.chain
+        grid = Aligned(steps=self.steps)
+        edges = grid.edges(times)
+        problem = HoldProblem(mass, self.circle, times, edges)
+        v, kappa = cp.Variable((len(edges) - 1, 2)), cp.Variable()
+        b, rows = mass.targets(times), problem.rows
+        size = 1.0 / (mass.floor(times) or 1.0)
+        unit = kappa * size
+        constraints = [*self.circle.constraints(v), rows[:2] @ v == unit * b[:2]]
+        for i in range(mass.walls):
+            s = cp.Variable(nonneg=True)
+            beyond = s * mass.free[i] if mass.clear[i] else np.zeros(2)
+            constraints.append(rows[2 + i] @ v == unit * b[2 + i] + beyond)
+            if np.isfinite(mass.width[i]):
+                constraints.append(s <= unit * mass.width[i])
+        r, speed = cp.Variable((len(edges), 2)), cp.Variable((len(edges), 2))
+        dt = np.diff(edges)[:, None] @ np.ones((1, 2))
+        constraints += [
+            r[0] == 0,
+            speed[0] == unit * mass.v0,
+            speed[1:] == speed[:-1] + cp.multiply(dt, v),
+            r[1:] == r[:-1] + cp.multiply(dt, speed[:-1]) + cp.multiply(dt**2 / 2, v),
+        ]
+        base = (chain.base - mass.origin) / mass.length
+        outer = chain.reach[1] * (1 - RADIUS) / mass.length
+        inside = np.ones(len(edges), dtype=bool)
+        inside[[0, -1]] = False
+        if self.turn is not None:
+            k = int(np.argmin(np.abs(edges - times[self.turn[0]])))
+            inside[k] = False
+            constraints.append(speed[k] @ self.turn[1] == 0)
+        nodes = np.flatnonzero(inside)
+        constraints.append(cp.SOC(unit * outer * np.ones(len(nodes)), r[nodes] - unit * np.tile(base, (len(nodes), 1)), axis=1))
+        kept = [(k, n, c) for k, n, c in cuts if inside[k]]
+        if kept:
+            normals = np.array([n for _, n, _ in kept])
+            levels = (np.array([c for _, _, c in kept]) - normals @ mass.origin) / mass.length
+            constraints.append(cp.sum(cp.multiply(normals, r[[k for k, _, _ in kept]]), axis=1) >= unit * levels)
+        program = cp.Problem(cp.Maximize(kappa), constraints)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                program.solve(solver="CLARABEL", **OPTIONS["CLARABEL CAREFUL"])
+        except (cp.SolverError, ValueError, ArithmeticError):
+            return None
+        if v.value is None or kappa.value is None or not kappa.value > 1e-9:
+            return None
+        _, control = problem.upper(v.value / (kappa.value * size))
+        if control is None:
+            return None
+        state = self.past.start
+        return HoldTrajectory(
+            edges * mass.time, control * mass.unit, np.array(state.position), np.array(state.velocity)
+        )

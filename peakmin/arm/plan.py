@@ -1,0 +1,191 @@
+"""An arm's answer: the joints' motion of least peak base reaction force, what it keeps, and its bound."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array
+from ..check import check
+from ..plan import Made, Status
+from ..spec import Maneuver, Settings
+from ..trajectory import Trajectory
+from .clearance import LinkClearance
+from .dynamics import base_moment, torques
+from .joints import JointPath
+from .proof import ArmProof
+from .spec import ArmManeuver
+from .workspace import Contact, Workspace
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ArmPlan:
+    """A motion of an arm, from pose to pose.
+
+    status: "solved" (checked, free of the obstacles, within reach and limits), "infeasible" (proved: every motion
+        exceeds `max_peak`) or "unknown".
+    crossing: the centre of mass's maneuver past the walls that the obstacles make, in the order of
+        `obstacle_times` [s], shape (q,).
+    joints: the joints' motion, None where there is none.
+    clear: the least distance of the links from the obstacles at any instant.
+    peak: bound on the centre of mass's acceleration [m/s^2];  lower_bound: no motion whatsoever has a smaller one.
+    """
+
+    maneuver: ArmManeuver
+    settings: Settings
+    status: Status
+    crossing: Maneuver
+    obstacle_times: Array
+    joints: JointPath | None
+    clear: LinkClearance | None
+    peak: float
+    lower_bound: float
+    proof: ArmProof
+    made: Made
+    scope: Literal["all"] = "all"
+
+    @property
+    def clearance(self) -> float:
+        """Least distance of any link from any obstacle [m], at every instant; negative where one enters."""
+        return math.inf if self.clear is None else self.clear.least
+
+    @property
+    def gap(self) -> float:
+        """(peak - lower_bound) / peak."""
+        if not math.isfinite(self.peak) or self.peak < self.lower_bound * (1 - 1e-9):
+            return 1.0
+        return (self.peak - self.lower_bound) / self.peak if self.peak else 0.0
+
+    @property
+    def peak_force(self) -> float:
+        """Peak base reaction force [N]."""
+        return self.crossing.mass * self.peak
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """The motion of the centre of mass."""
+        return None if self.joints is None else self.joints.motion
+
+    def _path(self) -> JointPath:
+        if self.joints is None:
+            raise ValueError(f"this plan is {self.status}: it has no trajectory")
+        return self.joints
+
+    @property
+    def times(self) -> Array:
+        """Nodes of the motion [s], shape (steps+1,); empty when there is none."""
+        return np.zeros(0) if self.joints is None else self.joints.motion.nodes
+
+    def position(self, t: ArrayLike) -> Array:
+        """Position of the centre of mass [m] at t [s], shape (...) -> (..., 2)."""
+        return self._path().motion.position(t)
+
+    def velocity(self, t: ArrayLike) -> Array:
+        """Velocity of the centre of mass [m/s] at t [s], shape (...) -> (..., 2)."""
+        return self._path().motion.velocity(t)
+
+    def acceleration(self, t: ArrayLike) -> Array:
+        """Acceleration of the centre of mass [m/s^2] at t [s], shape (...) -> (..., 2)."""
+        return self._path().motion.acceleration(t)
+
+    def angles(self, t: ArrayLike) -> Array:
+        """Joint angles [rad] at t [s], shape (...) -> (..., n)."""
+        return self._path().angles(t)
+
+    def tip(self, t: ArrayLike) -> Array:
+        """Position of the tip [m] at t [s], shape (...) -> (..., 2)."""
+        path = self._path()
+        return path.chain.tip(path.absolute(t))
+
+    def base_force(self, t: ArrayLike) -> Array:
+        """Force that the base exerts on the robot, m u(t) [N], shape (...) -> (..., 2); the robot's is its opposite."""
+        return self.crossing.mass * self.acceleration(t)
+
+    def base_moment(self, t: ArrayLike) -> Array:
+        """Moment about the first joint that the base exerts on the robot [N m], shape (...)."""
+        return base_moment(self._path(), t)
+
+    def torques(self, t: ArrayLike) -> Array:
+        """Joint torques [N m] at t [s] by inverse dynamics, shape (...) -> (..., n)."""
+        return torques(self._path(), t)
+
+    @property
+    def elbow_changes(self) -> tuple[float, ...]:
+        """Times [s] at which the elbow turns over."""
+        return () if self.joints is None else self.joints.changes
+
+    @cached_property
+    def contacts(self) -> list[Contact]:
+        """What the arm is nearest to at the obstacle times."""
+        if self.joints is None or not self.maneuver.obstacles:
+            return []
+        workspace = Workspace(self.maneuver)
+        at = [t for t in self.obstacle_times.tolist() if t not in self.elbow_changes]
+        return [workspace.nearest(self.joints.absolute(t)) for t in at]
+
+    @cached_property
+    def exceeded(self) -> list[str]:
+        """Joint limits and speeds that the motion does not keep, in words."""
+        if self.joints is None:
+            return []
+        t = np.union1d(np.linspace(0, self.joints.duration, 4001), self.joints.motion.nodes)
+        angles, rates = self.angles(t), np.diff(self.joints.rates(t)[1], axis=-1, prepend=0.0)
+        out = []
+        for k, link in enumerate(self.maneuver.arm.links):
+            low, high = float(np.min(angles[:, k])), float(np.max(angles[:, k]))
+            if link.limits is not None and not (link.limits[0] <= low and high <= link.limits[1]):
+                out.append(f"arm.links[{k}].limits: the joint goes from {low:.6g} to {high:.6g} rad")
+            fastest = float(np.max(np.abs(rates[:, k])))
+            if link.max_speed is not None and fastest > link.max_speed:
+                out.append(f"arm.links[{k}].max_speed: the joint reaches {fastest:.6g} rad/s")
+        return out
+
+    def check(self) -> Any:
+        """Propagate the control anew and compare with what the plan states."""
+        assert self.trajectory is not None
+        return check(self.crossing, self.trajectory, self.obstacle_times, self.peak)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The arm's poses over its obstacles; see `peakmin.arm.plots` for more."""
+        from .plots import poses
+
+        return poses(self, ax=ax)
+
+    def document(self) -> dict[str, Any]:
+        """The plan as plain JSON data."""
+        from .document import of
+
+        return of(self)
+
+    def to_json(self, *, indent: int | None = None) -> str:
+        """The plan as one JSON document."""
+        return json.dumps(self.document(), indent=indent, allow_nan=False)
+
+    def to_csv(self) -> str:
+        """Text: rows t, joint angles, speeds, torques, centre of mass, base force and moment at the nodes [SI]."""
+        t, n = self.times, len(self.maneuver.arm.links)
+        rates = np.diff(self._path().rates(t)[1], axis=-1, prepend=0.0)
+        columns = [t, self.angles(t), rates, self.torques(t), self.position(t), self.base_force(t), self.base_moment(t)]
+        head = ["t", *(f"{name}{k + 1}" for name in ("q", "dq", "tau") for k in range(n)), "x", "y", "fx", "fy", "moment"]
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(head)
+        writer.writerows(np.column_stack(columns).tolist())
+        return out.getvalue()
+
+    def __repr__(self) -> str:
+        return (
+            f"ArmPlan({self.status}, peak={self.peak:.9g}, lower_bound={self.lower_bound:.9g}, "
+            f"clearance={self.clearance:.6g})"
+        )

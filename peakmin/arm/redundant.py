@@ -1,0 +1,81 @@
+"""Arms of three and more links: the joints' motion of least speed that follows the centre of mass's best path.
+
+The centre of mass takes the straight way, whose peak no motion can undercut. The angles that are free on the way are
+splines; among them the one is taken that makes  int |q'|^2 dt  least, q the joint angles, and keeps clear.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize
+
+from ..arrays import Array
+from ..branch import certify
+from ..least import LeastPeak
+from ..moments import PointMass
+from ..plan import Made, peak_of
+from ..spec import Settings
+from .joints import JointPath, steadiest
+from .plan import ArmPlan
+from .proof import ArmProof, Branch, PassageProof, passages
+from .workspace import Workspace
+
+KNOTS = 6  # between start and goal
+SAMPLES = 120
+WEIGHTS = (0.0, 1e2, 1e4)  # of what is not kept, round by round; relative to the straight way's speed
+ROOM = 0.005  # of the arm: a clearance below which it counts as not kept
+
+
+def redundant(workspace: Workspace, settings: Settings, began: float) -> ArmPlan:
+    """The plan of an arm of at least three links; "unknown" where the links cannot be kept clear on this path."""
+    from .solve import finished
+
+    passage = passages(workspace)[0]
+    mass = PointMass.of(passage.maneuver)
+    found = certify(mass, 1e-6)
+    proof = ArmProof((PassageProof(passage.indices, Branch(tuple(found.leaves)), ()),))
+    least = LeastPeak(passage.maneuver, settings)
+    bracket, motion = least(np.zeros(0)), least.motion(np.zeros(0))
+    path, peak = None, np.inf
+    pair = steadiest(workspace.chain, *passage.theta)
+    if motion is not None and pair is not None:
+        peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
+        path = slowest(workspace, JointPath(workspace.chain, motion, *pair, (), None, passage.theta[0]), passage.theta[1])
+    made = Made(settings.solver, least.count.compilations, least.count.solves, found.nodes, time.perf_counter() - began)
+    return finished(workspace, settings, passage.maneuver, np.zeros(0), path, float(peak), proof, made)
+
+
+def slowest(workspace: Workspace, path: JointPath, goal: Array) -> JointPath:
+    """The path with the free angles of least int |q'|^2 dt that keeps clear, to the goal's absolute angles (n,)."""
+    rest, margin = path.rest, workspace.maneuver.margin
+    first, last = path.start[rest], goal[rest]
+    knots = np.linspace(0, path.duration, KNOTS + 2)
+    t = np.linspace(0, path.duration, SAMPLES + 1)
+    size, pair = workspace.size, path.two
+    scale = float(np.sum((goal - path.start) ** 2)) / path.duration or 1.0
+
+    def through(x: Array) -> JointPath:
+        values = np.vstack([first, x.reshape(KNOTS, -1), last])
+        spline = CubicSpline(knots, values, bc_type="clamped")
+        return JointPath(path.chain, path.motion, path.pair, path.elbow, (), spline, path.start)
+
+    def cost(x: Array, weight: float) -> float:
+        trial = through(x)
+        rho = np.hypot(*np.moveaxis(trial.left(t), -1, 0))
+        short = np.maximum(np.maximum(rho - pair.outer, pair.inner - rho) + ROOM * size, 0.0)
+        with np.errstate(all="ignore"):
+            theta, rates, _ = trial.rates(t)
+        speed = np.diff(rates, axis=-1, prepend=0.0)
+        energy = float(np.trapezoid(np.minimum(np.nan_to_num(np.sum(speed**2, axis=-1), nan=1e6), 1e6), t))
+        if weight and workspace.maneuver.obstacles:
+            near = margin + ROOM * size - np.min(workspace.clearance(theta), axis=-1)
+            short = short + np.maximum(near, 0.0)
+        return energy + scale * (1e3 + weight) * float(np.mean((short / size) ** 2)) * 1e2
+
+    x = (first + np.linspace(0, 1, KNOTS + 2)[1:-1, None] * (last - first)).ravel()
+    for weight in WEIGHTS if workspace.maneuver.obstacles else WEIGHTS[:1]:
+        x = minimize(cost, x, args=(weight,), method="L-BFGS-B", options={"maxiter": 60}).x
+    return through(x)

@@ -1,0 +1,220 @@
+"""What is asked of an arm: its links, its poses at start and goal, what stands in its workspace."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from ..errors import SpecError
+from ..model import Model, Number, Positive, Vector
+from ..obstacles import Block
+from ..spec import GlobalSearch, Settings, known_version
+
+Elbow = Literal["up", "down", "either"]
+
+
+class Link(Model):
+    """One link, a rod unless told otherwise.
+
+    Args:
+        length: from joint to joint [m].
+        mass: [kg].
+        com: distance of its centre of mass from its first joint, along it [m]; default half its length.
+        inertia: about its centre of mass [kg m^2]; default that of a uniform rod, mass length^2 / 12.
+        half_width: how far its matter reaches to either side [m].
+        limits: least and largest joint angle [rad], checked on the result.
+        max_speed: bound on the joint's speed [rad/s], checked on the result.
+    """
+
+    length: Positive
+    mass: Positive
+    com: Annotated[Number, Field(ge=0)] | None = None
+    inertia: Positive | None = None
+    half_width: Annotated[Number, Field(ge=0)] = 0.0
+    limits: tuple[Number, Number] | None = None
+    max_speed: Positive | None = None
+
+    @property
+    def centre(self) -> float:
+        """`com`, or half the length [m]."""
+        return self.length / 2 if self.com is None else self.com
+
+    @property
+    def about_centre(self) -> float:
+        """`inertia`, or that of a rod [kg m^2]."""
+        return self.mass * self.length**2 / 12 if self.inertia is None else self.inertia
+
+    @model_validator(mode="after")
+    def _makes_sense(self) -> Link:
+        if self.com is not None and self.com > self.length:
+            raise ValueError(f".com: was {self.com}, must be at most the length, {self.length}")
+        if self.limits is not None and not self.limits[0] < self.limits[1]:
+            raise ValueError(f".limits: was {list(self.limits)}, must be two increasing angles")
+        return self
+
+
+class Arm(Model):
+    """A planar serial arm.
+
+    Args:
+        links: from the base to the tip, at least two.
+        base: position of the first joint [m].
+        payload: point mass at the tip [kg].
+    """
+
+    links: Annotated[tuple[Link, ...], Field(min_length=2, max_length=20)]
+    base: Vector = (0.0, 0.0)
+    payload: Annotated[Number, Field(ge=0)] = 0.0
+
+    @model_validator(mode="after")
+    def _centre_moves(self) -> Arm:
+        if self.links[-1].centre == 0 and self.payload == 0:
+            last = len(self.links) - 1
+            raise ValueError(f".links[{last}].com: was 0, must be above 0 without a payload (else nothing moves)")
+        return self
+
+
+class Pose(Model):
+    """A configuration at rest: joint angles, or where the tip is and how the elbow bends.
+
+    Args:
+        joints: angle of every joint [rad], the first against the x axis, the others against the link before.
+        tip: position of the tip [m], two links only.
+        elbow: seen from the base towards the tip, "up" has the elbow on the left (joint 2 below zero), "down" on the
+            right; "either" takes the better one.
+    """
+
+    joints: Annotated[tuple[Number, ...], Field(min_length=2, max_length=20)] | None = None
+    tip: Vector | None = None
+    elbow: Elbow | None = None
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Pose:
+        if (self.joints is None) == (self.tip is None):
+            was = "missing" if self.tip is None else "given beside joints"
+            raise ValueError(f".tip: was {was}, must be given if and only if joints are not")
+        if self.joints is not None and self.elbow is not None:
+            raise ValueError(f".elbow: was {self.elbow!r}, must be left out where joints are given")
+        return self
+
+
+class Task(Model):
+    """From pose to pose, both at rest, in the given time, clear of the obstacles.
+
+    Args:
+        start, goal: poses.
+        duration: T [s].
+        obstacles: polygons in the workspace that no link may touch.
+        margin: distance [m] that every link keeps from them.
+        max_peak: optional bound on the centre of mass's acceleration [m/s^2].
+    """
+
+    start: Pose
+    goal: Pose
+    duration: Positive
+    obstacles: tuple[Block, ...] = ()
+    margin: Annotated[Number, Field(ge=0)] = 0.0
+    max_peak: Positive | None = None
+
+    @model_validator(mode="after")
+    def _plain_blocks(self) -> Task:
+        for i, block in enumerate(self.obstacles):
+            if block.side != "either":
+                raise ValueError(f".obstacles[{i}].side: was {block.side!r}, must be left out (an arm's path has none)")
+        return self
+
+
+class ArmManeuver(Task):
+    """A task for an arm."""
+
+    arm: Arm
+
+    @model_validator(mode="after")
+    def _poses_exist(self) -> ArmManeuver:
+        for name, pose in (("start", self.start), ("goal", self.goal)):
+            if not (found := postures(self.arm, pose)):
+                first, second = (link.length for link in self.arm.links[:2])
+                assert pose.tip is not None
+                raise ValueError(
+                    f".{name}.tip: was {list(pose.tip)}, must be {abs(first - second):g} to {first + second:g} m "
+                    f"from the base, {list(self.arm.base)}"
+                )
+            hits = [hit_by(self, theta) for theta in found]
+            if None not in hits:
+                i = next(hit for hit in hits if hit is not None)
+                raise ValueError(f".obstacles[{i}]: was touched by the arm at the {name}, must leave it free")
+        return self
+
+    @model_validator(mode="before")
+    @classmethod
+    def _poses_fit(cls, data: dict[str, object]) -> dict[str, object]:
+        return data
+
+
+def postures(arm: Arm, pose: Pose) -> list[tuple[float, ...]]:
+    """The absolute angles [rad] of every configuration that a pose allows, best known order: up, down.
+
+    Raises:
+        ValueError: where the pose does not fit the arm, worded for a spec.
+    """
+    from .kinematics import Pair
+
+    if pose.joints is not None:
+        if len(pose.joints) != len(arm.links):
+            raise ValueError(
+                f".joints: was {len(pose.joints)} angles, must be {len(arm.links)}, one for every link"
+            )
+        return [tuple(np.cumsum(pose.joints).tolist())]
+    if len(arm.links) != 2:
+        raise ValueError(f".tip: was given for {len(arm.links)} links, must be joints (a tip needs two links)")
+    assert pose.tip is not None
+    pair = Pair(arm.links[0].length, arm.links[1].length)
+    s = np.array(pose.tip) - arm.base
+    rho, room = math.hypot(*s), 1e-12 * pair.outer
+    if not pair.inner - room <= rho <= pair.outer + room:
+        return []
+    signs = {"up": [-1.0], "down": [1.0]}.get(pose.elbow or "either", [-1.0, 1.0])
+    return [tuple(pair.angles(s, sign).tolist()) for sign in signs]
+
+
+def hit_by(maneuver: ArmManeuver, theta: tuple[float, ...]) -> int | None:
+    """Index of an obstacle nearer than the margin to the arm in this configuration, or None."""
+    from .workspace import Workspace
+
+    return Workspace(maneuver).touched(np.array(theta))
+
+
+class ArmSpec(Model):
+    """A whole spec file for an arm."""
+
+    version: Annotated[int, Field(strict=True)] = 1
+    arm: Arm
+    maneuver: Task
+    settings: Settings = Settings()
+
+    @model_validator(mode="after")
+    def _fit_together(self) -> ArmSpec:
+        known_version(self.version)
+        try:
+            check_arm(self.asked, self.settings)
+        except SpecError as error:
+            raise ValueError(f".{error}" if not str(error).startswith(".") else str(error)) from None
+        return self
+
+    @property
+    def asked(self) -> ArmManeuver:
+        """The task for the arm. Raises `SpecError` where the two do not fit."""
+        fields = {name: getattr(self.maneuver, name) for name in Task.model_fields}
+        try:
+            return ArmManeuver(arm=self.arm, **fields)
+        except SpecError as error:
+            raise SpecError(f"maneuver.{error}") from None
+
+
+def check_arm(maneuver: ArmManeuver, settings: Settings) -> None:
+    """Refuse settings that do not fit. Raises `SpecError`."""
+    if not isinstance(settings.search, GlobalSearch):
+        raise SpecError(f"settings.search.kind: was {settings.search.kind!r}, must be 'global' for an arm")
