@@ -25,8 +25,8 @@ from ..spec import Maneuver
 from ..trajectory import HoldTrajectory
 from .clearance import link_clearance
 from .joints import JointPath
-from .proof import Passage
-from .workspace import Sheet
+from .passage import Passage
+from .workspace import Sheets
 
 TRIES = 14  # of cutting off
 FIRST_ROOM = 3e-6  # of the arm: asked more than needed at first
@@ -101,13 +101,8 @@ class Course:
         step = STEP * workspace.size
 
         def slack(at: Array) -> Array:
-            value = np.empty(len(at))
-            for sign in (-1.0, 1.0):
-                own = signs == sign
-                if np.any(own):
-                    theta = Sheet(workspace, sign).angles(at[own])
-                    value[own] = np.min(workspace.clearance(theta), axis=-1)
-            return value - workspace.maneuver.margin
+            each = {sign: Sheets(workspace, (sign,)).slack(at) for sign in np.unique(signs).tolist()}
+            return np.select([signs == sign for sign in each], list(each.values()))
 
         here = slack(r)
         slope = np.stack([(slack(r + step * e) - slack(r - step * e)) / (2 * step) for e in np.eye(2)], axis=-1)
@@ -152,7 +147,9 @@ class Course:
             inside[k] = False
             constraints.append(speed[k] @ self.turn[1] == 0)
         nodes = np.flatnonzero(inside)
-        constraints.append(cp.SOC(unit * outer * np.ones(len(nodes)), r[nodes] - unit * np.tile(base, (len(nodes), 1)), axis=1))
+        constraints.append(
+            cp.SOC(unit * outer * np.ones(len(nodes)), r[nodes] - unit * np.tile(base, (len(nodes), 1)), axis=1)
+        )
         kept = [(k, n, c) for k, n, c in cuts if inside[k]]
         if kept:
             normals = np.array([n for _, n, _ in kept])

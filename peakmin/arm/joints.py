@@ -74,7 +74,7 @@ class JointPath:
 
     def _raw(self, t: Array) -> Array:
         out = np.empty((*t.shape, self.chain.links))
-        out[..., list(self.pair)] = self.two.angles(self.left(t), self.elbows(t))
+        out[..., [*self.pair]] = self.two.angles(self.left(t), self.elbows(t))
         out[..., self.rest] = self._other(t)
         return out
 
@@ -142,7 +142,7 @@ class JointPath:
         out[:, list(self.pair)] = self.two.spread(left, radius * (1 + 1e-9))
         for at in self.changes:  # both elbows, through the straight or folded arm
             inside = (low <= at) & (at <= high)
-            out[np.ix_(inside, list(self.pair))] = self._through(left[inside], radius[inside])
+            out[np.ix_(np.flatnonzero(inside), [*self.pair])] = self._through(left[inside], radius[inside])
         return out
 
     def _through(self, left: Array, radius: Array) -> Array:

@@ -72,7 +72,8 @@ class Chain:
     def joints(self, theta: ArrayLike) -> Array:
         """Positions [m] of base, joints and tip, (..., n) -> (..., n+1, 2)."""
         steps = self.length[:, None] * unit(theta)
-        return self.base + np.concatenate([np.zeros_like(steps[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
+        first = np.zeros_like(steps[..., :1, :])
+        return np.asarray(self.base + np.concatenate([first, np.cumsum(steps, axis=-2)], axis=-2))
 
     def tip(self, theta: ArrayLike) -> Array:
         """Position of the tip [m], (..., n) -> (..., 2)."""
@@ -111,9 +112,7 @@ class Pair:
     def angles(self, s: Array, elbow: Array | float) -> Array:
         """theta_i, theta_j that reach s, (..., 2) -> (..., 2), with the sign of theta_j - theta_i given (...)."""
         delta = elbow * self.bend(np.hypot(s[..., 0], s[..., 1]))
-        first = np.arctan2(s[..., 1], s[..., 0]) - np.arctan2(
-            self.b * np.sin(delta), self.a + self.b * np.cos(delta)
-        )
+        first = np.arctan2(s[..., 1], s[..., 0]) - np.arctan2(self.b * np.sin(delta), self.a + self.b * np.cos(delta))
         return np.stack([first, first + delta], axis=-1)
 
     def spread(self, s: Array, radius: Array) -> Array:

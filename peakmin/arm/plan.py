@@ -177,7 +177,15 @@ class ArmPlan:
         t, n = self.times, len(self.maneuver.arm.links)
         rates = np.diff(self._path().rates(t)[1], axis=-1, prepend=0.0)
         columns = [t, self.angles(t), rates, self.torques(t), self.position(t), self.base_force(t), self.base_moment(t)]
-        head = ["t", *(f"{name}{k + 1}" for name in ("q", "dq", "tau") for k in range(n)), "x", "y", "fx", "fy", "moment"]
+        head = [
+            "t",
+            *(f"{name}{k + 1}" for name in ("q", "dq", "tau") for k in range(n)),
+            "x",
+            "y",
+            "fx",
+            "fy",
+            "moment",
+        ]
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(head)

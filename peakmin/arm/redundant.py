@@ -19,8 +19,9 @@ from ..moments import PointMass
 from ..plan import Made, peak_of
 from ..spec import Settings
 from .joints import JointPath, steadiest
+from .passage import passages
 from .plan import ArmPlan
-from .proof import ArmProof, Branch, PassageProof, passages
+from .proof import ArmProof, Branch, PassageProof
 from .workspace import Workspace
 
 KNOTS = 6  # between start and goal
@@ -36,14 +37,16 @@ def redundant(workspace: Workspace, settings: Settings, began: float) -> ArmPlan
     passage = passages(workspace)[0]
     mass = PointMass.of(passage.maneuver)
     found = certify(mass, 1e-6)
-    proof = ArmProof((PassageProof(passage.indices, Branch(tuple(found.leaves)), ()),))
+    proof = ArmProof((PassageProof(passage.indices, None, (), Branch(tuple(found.leaves))),))
     least = LeastPeak(passage.maneuver, settings)
     bracket, motion = least(np.zeros(0)), least.motion(np.zeros(0))
     path, peak = None, np.inf
     pair = steadiest(workspace.chain, *passage.theta)
     if motion is not None and pair is not None:
         peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
-        path = slowest(workspace, JointPath(workspace.chain, motion, *pair, (), None, passage.theta[0]), passage.theta[1])
+        path = slowest(
+            workspace, JointPath(workspace.chain, motion, *pair, (), None, passage.theta[0]), passage.theta[1]
+        )
     made = Made(settings.solver, least.count.compilations, least.count.solves, found.nodes, time.perf_counter() - began)
     return finished(workspace, settings, passage.maneuver, np.zeros(0), path, float(peak), proof, made)
 

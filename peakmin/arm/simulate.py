@@ -1,4 +1,4 @@
-"""The planned motion in an independent multibody simulation (MuJoCo, gravity off): does the base feel the planned force?
+"""The planned motion in an independent multibody simulation, MuJoCo without gravity: what does the base feel?
 
 The arm is built from the same spec: hinges, rods, payload, on a base with a force sensor. It is driven forward in time
 by the planned joint torques, with a weak spring and damper towards the planned angles that only takes up what the
@@ -94,7 +94,7 @@ def simulate(plan: ArmPlan, steps: int = STEPS) -> Simulation:
     h = plan.maneuver.duration / steps
     model.opt.timestep = h
     # torques in the middle of a step: none of them is averaged over a switch when switches are at steps' ends
-    t = h * np.arange(steps)
+    t: Array = h * np.arange(steps, dtype=float)
     theta, rates, _ = path.rates(t + h / 2)
     wanted, speed = np.diff(theta, axis=-1, prepend=0.0), np.diff(rates, axis=-1, prepend=0.0)
     load = plan.torques(t + h / 2)
@@ -103,7 +103,8 @@ def simulate(plan: ArmPlan, steps: int = STEPS) -> Simulation:
     data.qvel[:] = np.diff(path.rates(0.0)[1], prepend=0.0)
     inertia = float(np.sum(chain.mass) + chain.payload) * float(np.sum(chain.length)) ** 2
     stiff, damped = STIFF * inertia / plan.maneuver.duration**2, DAMPED * inertia / plan.maneuver.duration
-    felt, drift = np.empty((steps, 2)), 0.0
+    felt: Array = np.empty((steps, 2))
+    drift = 0.0
     for k in range(steps):
         lag = wanted[k] - (data.qpos + h / 2 * data.qvel)
         data.ctrl[:] = load[k] + stiff * lag + damped * (speed[k] - data.qvel)

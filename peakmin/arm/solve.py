@@ -1,4 +1,4 @@
-"""From an arm's task to its plan: the search in continuous time, then the settings' own control, free and within reach."""
+"""From an arm's task to its plan: the search in continuous time, then the settings' own control."""
 
 from __future__ import annotations
 
@@ -12,19 +12,21 @@ from ..arrays import Array
 from ..check import check
 from ..frame import Frame
 from ..least import LeastPeak
-from ..plan import Made, peak_of
+from ..plan import Made, Status, peak_of
 from ..progress import Progress
 from ..spec import GlobalSearch, Maneuver, Settings
-from ..trajectory import HoldTrajectory
-from .clearance import LinkClearance, link_clearance
+from .clearance import link_clearance
 from .course import Course
 from .joints import JointPath
 from .plan import ArmPlan
 from .proof import ArmProof
 from .redundant import redundant
-from .search import FIRST_LIFT, LIFTS, ArmSearch, Candidate, Found
-from .spec import ArmManeuver, check_arm
+from .search import ArmSearch, Found
+from .spec import ArmManeuver, check_arm, postures
+from .tree import FIRST_LIFT, LIFTS, Candidate
 from .workspace import Workspace
+
+LANDED = 1e-5  # rad: close to a stretched arm angles go with the root of a distance
 
 
 def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress: Progress | None = None) -> ArmPlan:
@@ -54,15 +56,17 @@ def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress:
     if kept is not None:
         return kept
     nothing = found.nearest
-    crossing = Maneuver(**_ends(workspace)) if nothing is None else nothing.past
-    return finished(workspace, settings, crossing, np.zeros(len(crossing.walls)), None, math.inf, found.proof, _made(settings, found, began))
-
-
-def _ends(workspace: Workspace) -> dict[str, object]:
-    from .proof import passages
-
-    first = passages(workspace)[0].maneuver
-    return {name: getattr(first, name) for name in ("start", "goal", "duration", "mass", "max_peak")}
+    crossing = passages(workspace)[0].maneuver if nothing is None else nothing.past
+    return finished(
+        workspace,
+        settings,
+        crossing,
+        np.zeros(len(crossing.walls)),
+        None,
+        math.inf,
+        found.proof,
+        _made(settings, found, began),
+    )
 
 
 def _made(settings: Settings, found: Found, began: float, least: LeastPeak | None = None) -> Made:
@@ -101,7 +105,11 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float) 
         if raised is None:
             break
         past = raised
-    if plan is not None and plan.clear is not None and (plan.clearance < workspace.maneuver.margin or plan.clear.within < 0):
+    if (
+        plan is not None
+        and plan.clear is not None
+        and (plan.clearance < workspace.maneuver.margin or plan.clear.within < 0)
+    ):
         return _cut(workspace, settings, found, best, began) or plan
     return plan
 
@@ -148,20 +156,20 @@ def finished(
     if path is not None:
         clear = link_clearance(workspace, path)
         kept = clear.least >= workspace.maneuver.margin and clear.within >= 0 and lands(workspace, path)
-    plan = ArmPlan(
-        workspace.maneuver, settings, "unknown", crossing, times, path, clear, peak, bound, proof, made
-    )
-    status = "solved" if kept and peak <= limit and not plan.exceeded else "infeasible" if bound > limit else "unknown"
+    plan = ArmPlan(workspace.maneuver, settings, "unknown", crossing, times, path, clear, peak, bound, proof, made)
+    status: Status = "unknown"
+    if kept and peak <= limit and not plan.exceeded:
+        status = "solved"
+    elif bound > limit:
+        status = "infeasible"
     return replace(plan, status=status)
 
 
 def lands(workspace: Workspace, path: JointPath) -> bool:
     """Whether the motion ends in one of the goal's configurations, up to full turns."""
-    from .spec import postures
-
     end = path.absolute(path.duration)
-    apart = [np.abs((end - goal + np.pi) % (2 * np.pi) - np.pi) for goal in postures(workspace.maneuver.arm, workspace.maneuver.goal)]
+    apart = [
+        np.abs((end - goal + np.pi) % (2 * np.pi) - np.pi)
+        for goal in postures(workspace.maneuver.arm, workspace.maneuver.goal)
+    ]
     return min(float(np.max(one)) for one in apart) < LANDED
-
-
-LANDED = 1e-5  # rad: close to a stretched arm angles go with the root of a distance

@@ -148,11 +148,6 @@ class ArmManeuver(Task):
                 raise ValueError(f".obstacles[{i}]: was touched by the arm at the {name}, must leave it free")
         return self
 
-    @model_validator(mode="before")
-    @classmethod
-    def _poses_fit(cls, data: dict[str, object]) -> dict[str, object]:
-        return data
-
 
 def postures(arm: Arm, pose: Pose) -> list[tuple[float, ...]]:
     """The absolute angles [rad] of every configuration that a pose allows, best known order: up, down.
@@ -164,9 +159,7 @@ def postures(arm: Arm, pose: Pose) -> list[tuple[float, ...]]:
 
     if pose.joints is not None:
         if len(pose.joints) != len(arm.links):
-            raise ValueError(
-                f".joints: was {len(pose.joints)} angles, must be {len(arm.links)}, one for every link"
-            )
+            raise ValueError(f".joints: was {len(pose.joints)} angles, must be {len(arm.links)}, one for every link")
         return [tuple(np.cumsum(pose.joints).tolist())]
     if len(arm.links) != 2:
         raise ValueError(f".tip: was given for {len(arm.links)} links, must be joints (a tip needs two links)")

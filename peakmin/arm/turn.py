@@ -16,13 +16,13 @@ from ..branch import Certificate
 from ..circle import Disc, Polygon
 from ..moments import PointMass
 from ..obstacles import Wall
+from ..spec import Maneuver
 from ..trajectory import HoldTrajectory
 from .course import Course
 from .joints import JointPath
 from .kinematics import unit
-from .proof import Edge, Passage
+from .passage import Edge, Passage
 from .workspace import Workspace
-from ..spec import Maneuver
 
 COARSE = 40  # holds of the programs that place and instant are looked for with
 MOST_TRIALS = 40

@@ -101,7 +101,13 @@ class Contact:
     at: tuple[float, float]
 
     def __str__(self) -> str:
-        part = "its end" if self.along > 1 - 1e-6 else "its first joint" if self.along < 1e-6 else f"{self.along:.3f} of it"
+        part = (
+            "its end"
+            if self.along > 1 - 1e-6
+            else "its first joint"
+            if self.along < 1e-6
+            else f"{self.along:.3f} of it"
+        )
         return f"link {self.link + 1} ({part}) at obstacles[{self.obstacle}] ({self.at[0]:.4f}, {self.at[1]:.4f})"
 
 
@@ -124,25 +130,35 @@ def _longest(parts: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Sheet:
-    """The configurations of a two-link arm with one elbow: a map of the annulus of its centre of mass."""
+class Sheets:
+    """The configurations of a two-link arm with elbows -1, 1 or both: maps of the annulus of its centre of mass.
+
+    A place is blocked where it is so in every sheet.
+    """
 
     workspace: Workspace
-    elbow: float
+    elbows: tuple[float, ...]
 
     @cached_property
     def pair(self) -> Pair:
         return Pair(*self.workspace.chain.c.tolist())
 
-    def angles(self, r: Array) -> Array:
-        """theta, (..., 2) [m] -> (..., 2) [rad]."""
-        return self.pair.angles(r - self.workspace.chain.base, self.elbow)
+    def slack(self, r: Array) -> Array:
+        """How far the arm is from touching or r from the annulus's edges [m], negative beyond; (..., 2) -> (...)."""
+        s, asked = r - self.workspace.chain.base, self.workspace.maneuver
+        rho = np.hypot(s[..., 0], s[..., 1])
+        room = np.minimum(self.pair.outer - rho, rho - self.pair.inner if self.pair.inner > 0 else np.inf)
+        if not asked.obstacles:
+            return np.asarray(room)
+        free = [np.min(self.workspace.clearance(self.pair.angles(s, elbow)), axis=-1) for elbow in self.elbows]
+        return np.asarray(np.minimum(room, np.max(free, axis=0) - asked.margin))
 
     def decide(self, r: Array, radius: Array) -> Array:
         """FREE, BLOCKED or OPEN for all centres of mass in balls around r, (..., 2) and (...) [m] -> (...)."""
         s = r - self.workspace.chain.base
-        rho = np.hypot(s[..., 0], s[..., 1])
-        out = self.workspace.decide(self.pair.angles(s, self.elbow), self.pair.spread(s, radius))
+        rho, spread = np.hypot(s[..., 0], s[..., 1]), self.pair.spread(s, radius)
+        each = [self.workspace.decide(self.pair.angles(s, elbow), spread) for elbow in self.elbows]
+        out = np.max(each, axis=0)
         beyond = (rho - radius > self.pair.outer) | (rho + radius < self.pair.inner)
         reached = (rho + radius <= self.pair.outer) & (rho - radius >= self.pair.inner)
         return np.where(beyond, BLOCKED, np.where((out == FREE) & ~reached, OPEN, out))
@@ -174,5 +190,3 @@ def _merged(cells: Array) -> list[tuple[float, float]]:
         else:
             out.append((low, high))
     return out
-
-

@@ -1,0 +1,245 @@
+"""A tree of gaps: best bound first over the orders in which paths pass the gaps of lines, with its proof.
+
+A node stands for the paths of one order; its certified least peak bounds them. Where a node's path hits something, a
+line is put through the place and turned so that the path must go furthest along it to get out, or, where the path cuts
+in by a little only, the contact is slid along to where it stands best. The node falls into one for every gap of that
+line. A path that is free is an upper end; one that cuts in by a little has its gaps narrowed by a little.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..arrays import Array
+from ..branch import Certificate
+from ..certify import Leaf
+from ..exact import extremal
+from ..moments import PointMass
+from ..spec import Maneuver
+from ..trajectory import Trajectory
+from .clearance import link_clearance
+from .joints import JointPath
+from .kinematics import unit
+from .lines import IDLE, SHALLOW, deepest, slid
+from .passage import Line, Order, Passage
+from .proof import Branch, looked_at, split
+
+SAMPLES = 400  # of a path when looking for its worst place; what is free is proved by `link_clearance`
+NEAR, TURNED = 0.02, 0.3  # of the arm, and rad: lines less apart replace each other
+MOST_LINES = 4  # conditions of one node
+A_LITTLE = 0.03  # of the arm: a path no further inside is raised clear of what it touches
+FIRST_LIFT = 2e-6  # of the arm: above what a clearance is proved to
+LIFTS = 10
+BOXES, MORE = 12, 20  # of obstacle times at first; times as many where a node's own gap is what is left
+PATIENCE, WORTH = 15, 0.9  # steps in which the gap must have come down to this share of itself, or the search ends
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A motion past walls: its passage, its order and lift, obstacle times [scaled] and peak [m/s^2]."""
+
+    passage: Passage
+    paths: Order
+    lift: float
+    past: Maneuver
+    times: Array
+    peak: float
+
+
+@dataclass
+class Node:
+    """The paths with one order: the bound [m/s^2] is its own one or its parent's."""
+
+    order: Order
+    bound: float
+    own: float
+    leaves: tuple[Leaf, ...]
+    certificate: Certificate
+    past: Maneuver
+    ends: tuple[bool, bool] = (True, True)
+    dropped: tuple[int, ...] = ()
+    line: Line | None = None
+    children: list[Node | None] = field(default_factory=list)
+
+    def branch(self) -> Branch:
+        """The proof of this node and all below it."""
+        below = tuple(None if child is None else child.branch() for child in self.children)
+        return Branch(self.leaves, self.line, below, self.ends, self.dropped)
+
+
+Certify = Callable[[Maneuver, int, Array | None], Certificate]  # the maneuver, boxes, and times to start from
+
+
+class Tree:
+    """The search over one passage's orders."""
+
+    def __init__(self, passage: Passage, gap: float, certify: Certify) -> None:
+        self.passage, self.gap, self._certify = passage, gap, certify
+        self.workspace = passage.workspace
+        self.best: Candidate | None = None
+        self._heap: list[tuple[float, int, Node]] = []
+        self._closed: list[Node] = []
+        self._serial = itertools.count()
+        root = self._solve(())
+        assert root is not None
+        self.root = self.last = root
+        self._push(root)
+
+    @property
+    def lower(self) -> float:
+        """No path has a smaller peak [m/s^2]; infinite where none is left."""
+        return min((node.bound for node in [*(node for _, _, node in self._heap), *self._closed]), default=math.inf)
+
+    def run(self, upper: float, stop: Callable[[], bool]) -> None:
+        """Search until the gap to a peak that is known, or to the best found, is reached or comes down no more."""
+        stalled, gap = 0, 1.0
+        while self._heap and not stop():
+            known = min(upper, math.inf if self.best is None else self.best.peak)
+            if self._heap[0][0] >= (1 - self.gap) * known or stalled >= PATIENCE:
+                break
+            self.last = heapq.heappop(self._heap)[2]
+            for child in self._expand(self.last, known):
+                self._push(child)
+            known = min(known, math.inf if self.best is None else self.best.peak)
+            left = 1 - min(self.lower, known) / known
+            stalled, gap = (0, left) if left < WORTH * gap else (stalled + 1, gap)
+
+    def _push(self, node: Node | None) -> None:
+        if node is not None:
+            heapq.heappush(self._heap, (node.bound, next(self._serial), node))
+
+    def _solve(
+        self, order: Order, parent: Node | None = None, path: Array | None = None, effort: int = 1
+    ) -> Node | None:
+        """The node of the paths with this order; None where there are none."""
+        past = self.passage.past(order)
+        if past is None:
+            return None
+        start = None
+        if path is not None:
+            at = [np.argmax(self._ahead(one.line, path) >= 0) / SAMPLES for one in order]
+            start = np.maximum.accumulate(np.array(at))
+        found = self._certify(past, effort * BOXES, start)
+        own = found.lower * PointMass.of(past).unit
+        bound = max(own, 0.0 if parent is None else parent.bound)
+        return Node(order, bound, own, tuple(found.leaves), found, past)
+
+    def _ahead(self, line: Line, path: Array) -> Array:
+        """How far beyond a line places (..., 2) are [m]."""
+        return np.asarray((path - np.array(self.passage.maneuver.start.position)) @ unit(line.angle) - line.offset)
+
+    def motion(self, past: Maneuver, times: Array) -> tuple[Trajectory, float]:
+        """The continuous motion of least peak past these walls at these times, and its peak [m/s^2]."""
+        mass = PointMass.of(past)
+        found = extremal(mass, times)
+        return found.motion.in_units(mass), found.upper * mass.unit
+
+    def joints(self, motion: Trajectory) -> JointPath:
+        """The joints' motion that belongs to a motion of the centre of mass that keeps its elbow."""
+        passage = self.passage
+        return JointPath(self.workspace.chain, motion, (0, 1), passage.elbow, (), None, passage.theta[0])
+
+    def _expand(self, node: Node, upper: float) -> Iterator[Node | None]:
+        """The nodes that together stand for this one; it is closed where nothing can be done for it."""
+        path, slack = self.samples(node.certificate.best.motion.in_units(PointMass.of(node.past)))
+        if np.min(slack) >= -A_LITTLE * self.workspace.size and self.passage.keeps:
+            self._raise(node, upper)
+        if node.bound >= (1 - self.gap) * upper:
+            self._closed.append(node)
+            return
+        line = None
+        if np.min(slack) < -SHALLOW * self.workspace.size:
+            if np.min(slack) >= -A_LITTLE * self.workspace.size:
+                line = slid(self.passage, node.order, node.certificate.best.multipliers)
+            line = line or deepest(self.passage, node.order, path, slack)
+        if line is None:
+            if node.certificate.complete or node.certificate.nodes >= MORE * BOXES:
+                self._closed.append(node)
+                return
+            again = self._solve(node.order, node, path, MORE)
+            assert again is not None
+            node.certificate, node.leaves = again.certificate, again.leaves
+            node.own, node.bound = again.own, again.bound
+            yield node
+            return
+        node.line = line
+        for place, order in split(self.passage, node.order, line):
+            child = self._child(node, place, order, path)
+            node.children.append(child)
+            yield child
+
+    def _child(self, node: Node, place: int, order: Order, path: Array) -> Node | None:
+        """The node of one class: with as few conditions, and ends of its gap, as prove what more of them would."""
+        passage, line = self.passage, order[place].line
+        if passage.past(order) is None:
+            return None
+        origin, along = passage.points(line)
+        low, high = passage.gaps(line)[order[place].gap]
+        first = int(np.argmax(self._ahead(line, path) >= 0))
+        below = float(along @ (path[first] - origin)) < (low + high) / 2
+        dropped, ends = self._dropped(node, place, line), (below, not below)
+        child = self._solve(looked_at(order, place, ends, dropped), node, path)
+        assert child is not None
+        if child.own < node.own * (1 - 1e-9) and (fewer := self._dropped(node, place)) != dropped:
+            dropped = fewer
+            child = self._solve(looked_at(order, place, ends, dropped), node, path)
+            assert child is not None
+        now = place - sum(k < place for k in dropped)
+        motion = child.certificate.best.motion.in_units(PointMass.of(child.past))
+        at = motion.position(child.certificate.times[now] * self.workspace.maneuver.duration)
+        room = 1e-9 * self.workspace.size
+        if not low - room <= float(along @ (at - origin)) <= high + room:
+            ends = (True, True)
+            child = self._solve(looked_at(order, place, ends, dropped), node, path)
+            assert child is not None
+        child.ends, child.dropped = ends, dropped
+        return child
+
+    def samples(self, motion: Trajectory) -> tuple[Array, Array]:
+        """Places of the centre of mass, (SAMPLES + 1, 2), and how far from touching or unreachable the arm is there."""
+        path = motion.position(self.workspace.maneuver.duration * np.arange(SAMPLES + 1) / SAMPLES)
+        return path, self.passage.sheets.slack(path)
+
+    def _dropped(self, node: Node, place: int, line: Line | None = None) -> tuple[int, ...]:
+        """Of the conditions with a new one at `place` those that do not matter to the node's path, of too many those
+        that matter least, and those that the new one's line comes in place of, if it is given.
+        """
+        size = np.hypot(*node.certificate.best.multipliers.T)
+        push = size[2:]
+        near = NEAR * self.workspace.size
+        idle = set(np.flatnonzero(push <= IDLE * np.max(size, initial=0.0)).tolist())
+        for k, one in enumerate(node.order):
+            if line and abs(one.line.offset - line.offset) < near and abs(one.line.angle - line.angle) < TURNED:
+                idle.add(k)
+        for k in np.argsort(push).tolist():
+            if len(push) - len(idle) >= MOST_LINES:
+                idle.add(k)
+        return tuple(sorted(k + (k >= place) for k in idle))
+
+    def _raise(self, node: Node, upper: float) -> None:
+        """A free motion near the node's, its gaps narrowed as little as it takes; kept where it is the best."""
+        size, lift = self.workspace.size, FIRST_LIFT * self.workspace.size if node.order else 0.0
+        for _ in range(LIFTS):
+            past = self.passage.past(node.order, lift)
+            if past is None or lift > 2 * A_LITTLE * size:
+                return
+            motion, peak = self.motion(past, node.certificate.times)
+            if not peak < upper:
+                return
+            _, slack = self.samples(motion)
+            short = -float(np.min(slack))
+            if short <= 0:
+                clear = link_clearance(self.workspace, self.joints(motion))
+                short = max(self.workspace.maneuver.margin - clear.least, -clear.within)
+                if short <= 0:
+                    self.best = Candidate(self.passage, node.order, lift, past, node.certificate.times, peak)
+                    return
+            if not node.order:
+                return
+            lift += max(1.3 * short, FIRST_LIFT * size)
