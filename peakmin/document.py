@@ -68,14 +68,14 @@ def _proof(proof: Proof | WaysProof) -> list[dict[str, Any]]:
             {
                 "way": [list(gaps) for gaps in branch.way],
                 "lines": [list(line) for line in branch.lines],
-                "leaves": _leaves(branch.leaves),
+                "leaves": listed_leaves(branch.leaves),
             }
             for branch in proof.branches
         ]
-    return _leaves(proof.leaves)
+    return listed_leaves(proof.leaves)
 
 
-def _leaves(leaves: tuple[Leaf, ...]) -> list[dict[str, Any]]:
+def listed_leaves(leaves: tuple[Leaf, ...]) -> list[dict[str, Any]]:
     return [{name: np.asarray(value).tolist() for name, value in vars(leaf).items()} for leaf in leaves]
 
 
@@ -122,19 +122,19 @@ def _plan(data: dict[str, Any]) -> Plan:
         cells = Cells(spec.maneuver)
         proof = WaysProof(tuple(_branch(branch, cells) for branch in data["proof"]))
     else:
-        proof = Proof(data["scope"], _leaves_of(data["proof"], mass.walls))
+        proof = Proof(data["scope"], leaves_of(data["proof"], mass.walls))
     return Plan(
         spec.maneuver,
         spec.settings,
         data["status"],
         _motion(data, spec),
         walls,
-        _array(data["obstacle_times"], (mass.walls,)),
-        math.inf if data["clearance"] is None else float(_array(data["clearance"], ())),
-        math.inf if data["peak"] is None else _number(data["peak"]),
-        _number(data["lower_bound"]),
+        array(data["obstacle_times"], (mass.walls,)),
+        math.inf if data["clearance"] is None else float(array(data["clearance"], ())),
+        math.inf if data["peak"] is None else number(data["peak"]),
+        number(data["lower_bound"]),
         proof,
-        _array(data["multipliers"], (2 + mass.walls, 2)),
+        array(data["multipliers"], (2 + mass.walls, 2)),
         Made(**data["made"]),
     )
 
@@ -147,19 +147,19 @@ def _branch(data: dict[str, Any], cells: Cells) -> Branch:
         for g in gaps
     ):
         raise ValueError("a way of the proof is not through these blocks")
-    lines = tuple((float(_array(x, ())), k) for x, k in data["lines"])
+    lines = tuple((float(array(x, ())), k) for x, k in data["lines"])
     if any(isinstance(k, bool) or not isinstance(k, int) or not cells.has((x, k)) for x, k in lines):
         raise ValueError("a line of the proof is not between start and goal")
     kept = cells.through(way)
-    return Branch(way, lines, _leaves_of(data["leaves"], 0 if kept is None else len(cells.marks(kept, lines))))
+    return Branch(way, lines, leaves_of(data["leaves"], 0 if kept is None else len(cells.marks(kept, lines))))
 
 
-def _leaves_of(data: Any, walls: int) -> tuple[Leaf, ...]:
+def leaves_of(data: Any, walls: int) -> tuple[Leaf, ...]:
     return tuple(
         Leaf(
             _times(leaf["low"], walls),
             _times(leaf["high"], walls),
-            _array(leaf["multipliers"], (2 + walls, 2)),
+            array(leaf["multipliers"], (2 + walls, 2)),
             _times(leaf["at"], walls),
         )
         for leaf in data
@@ -171,24 +171,24 @@ def _motion(data: dict[str, Any], spec: Spec) -> Trajectory | None:
     if not data["times"]:
         return None
     if "costate" in data:
-        nodes = _array(data["costate"]["nodes"])
+        nodes = array(data["costate"]["nodes"])
         k = len(nodes) - 1
         shapes = {"size": (k,)}
-        arrays = {name: _array(data["costate"][name], shapes.get(name, (k, 2))) for name in COSTATE_ARRAYS}
+        arrays = {name: array(data["costate"][name], shapes.get(name, (k, 2))) for name in COSTATE_ARRAYS}
         if np.any(arrays["size"] < 0):
             raise ValueError("a size is below zero")
         return CostateTrajectory(nodes, **arrays, start_position=start[0], start_velocity=start[1])
-    nodes = _array(data["times"])
-    return HoldTrajectory(nodes, _array(data["acceleration"], (len(nodes) - 1, 2)), *start)
+    nodes = array(data["times"])
+    return HoldTrajectory(nodes, array(data["acceleration"], (len(nodes) - 1, 2)), *start)
 
 
-def _number(value: Any) -> float:
+def number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
         raise ValueError(f"{value!r} is not a finite number from zero up")
     return float(value)
 
 
-def _array(value: Any, shape: tuple[int, ...] | None = None) -> Array:
+def array(value: Any, shape: tuple[int, ...] | None = None) -> Array:
     array = np.array(value, dtype=float)
     if shape is not None:
         array = array.reshape(shape)
@@ -198,7 +198,7 @@ def _array(value: Any, shape: tuple[int, ...] | None = None) -> Array:
 
 
 def _times(value: Any, walls: int) -> tuple[float, ...]:
-    times = _array(value, (walls,))
+    times = array(value, (walls,))
     if np.any(times < 0) or np.any(times > 1):
         raise ValueError("a box of the proof reaches out of the duration")
     return tuple(times.tolist())

@@ -10,7 +10,7 @@ what the links would touch are cut off by half-planes at the nodes where the pat
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cvxpy as cp
 import numpy as np
@@ -37,6 +37,25 @@ Cut = tuple[int, Array, float]  # node, n, c: n . r >= c [m]
 
 
 @dataclass(frozen=True)
+class Steered:
+    """A free motion that a course found at its times [scaled], (q,)."""
+
+    course: Course
+    times: Array
+    motion: HoldTrajectory
+    joints: JointPath
+
+    @property
+    def peak(self) -> float:
+        """[m/s^2]"""
+        return self.motion.peak()
+
+    def finer(self, steps: int) -> Steered | None:
+        """The same with so many holds."""
+        return replace(self.course, steps=steps).free(self.times)
+
+
+@dataclass(frozen=True)
 class Course:
     """What is kept: the maneuver past its walls, touched at given times, and which edge is touched at one of them.
 
@@ -53,7 +72,7 @@ class Course:
     def mass(self) -> PointMass:
         return PointMass.of(self.past)
 
-    def free(self, times: Array, first: HoldTrajectory | None = None) -> tuple[HoldTrajectory, JointPath] | None:
+    def free(self, times: Array, first: HoldTrajectory | None = None) -> Steered | None:
         """The motion of about least peak at these times [scaled], (q,), that is free and within reach; or None.
 
         Args:
@@ -68,7 +87,7 @@ class Course:
                 clear = link_clearance(self.passage.workspace, path)
                 short = max(self.passage.workspace.maneuver.margin - clear.least, -clear.within)
                 if short <= 0:
-                    return motion, path
+                    return Steered(self, times, motion, path)
                 cuts = self._cuts(motion, times, room + 0.02 * size)
                 room += min(max(short, 0.0), 0.01 * size) * 0.5
                 cuts = [(k, n, c + room) for k, n, c in cuts]

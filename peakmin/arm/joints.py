@@ -142,7 +142,8 @@ class JointPath:
         out[:, list(self.pair)] = self.two.spread(left, radius * (1 + 1e-9))
         for at in self.changes:  # both elbows, through the straight or folded arm
             inside = (low <= at) & (at <= high)
-            out[np.ix_(np.flatnonzero(inside), [*self.pair])] = self._through(left[inside], radius[inside])
+            both = self._through(left[inside], radius[inside])
+            out[inside, self.pair[0]], out[inside, self.pair[1]] = both.T
         return out
 
     def _through(self, left: Array, radius: Array) -> Array:

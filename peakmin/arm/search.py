@@ -1,8 +1,8 @@
 """The least peak of a two-link arm's motions, over all elbows, with its proof.
 
 Motions that keep their elbow first (`peakmin.arm.tree`); where start and goal have different elbows, motions that turn
-it over (`peakmin.arm.turn`). Then what no motion that touches an edge of the annulus can undercut: by arcs, and by a tree
-of gaps in which a place counts as blocked only where it is so with both elbows.
+it over (`peakmin.arm.turn`). Then what no motion that touches an edge of the annulus can undercut: by arcs, and by a
+tree of gaps in which a place counts as blocked only where it is so with both elbows.
 """
 
 from __future__ import annotations
@@ -21,29 +21,32 @@ from ..circle import Disc, Polygon
 from ..moments import PointMass
 from ..progress import Progress
 from ..spec import Maneuver
+from .course import Steered
 from .passage import Edge, Passage, passages
 from .proof import ArmProof, PassageProof, Touching
-from .tree import BOXES, Candidate, Tree
-from .turn import Turn, turn_on
+from .tree import BOXES, PATIENCE, WORTH, Candidate, Tree
+from .turn import turn_on
 from .workspace import Workspace
 
 ARCS = 6  # of each edge at first
+FINEST_GAP = 1e-5  # what lifts and clearances of paths leave of any smaller one
 NARROW = 1e-3  # rad: an arc is not split further
-MOST_TURNS = 3  # motions with a change of elbow that are looked for in one passage
-SPLITS = 24  # arcs split before the rest is left to the tree
+MOST_TURNS = 2  # motions with a change of elbow that are looked for on one edge
+SPLITS = 16  # arcs split before the rest is left to the tree
 
 
 @dataclass(frozen=True)
 class Found:
     """lower <= the least peak of all free motions [m/s^2], with its proof.
 
-    best: the best free motion met that keeps its elbow, or None;  turned: that turns it over;  nearest: a motion that
-    keeps its elbow and hits something, or None.
+    best: the best free motion met that keeps its elbow, or None;  steered: one that was kept out of everything node by
+    node;  turned: one that turns its elbow over;  nearest: a motion that keeps its elbow and hits something.
     """
 
     proof: ArmProof
     best: Candidate | None
-    turned: Turn | None
+    steered: Steered | None
+    turned: Steered | None
     nearest: Candidate | None
     nodes: int
     rounds: int
@@ -66,15 +69,15 @@ class ArmSearch:
         self.workspace, self.gap, self.circle = workspace, gap, circle
         self.boxes = self.rounds = 0
         self.best: Candidate | None = None
-        self.turned: Turn | None = None
+        self.steered: Steered | None = None
+        self.turned: Steered | None = None
         self._most, self._until = 0, math.inf
         self._progress: Progress | None = None
 
     @property
     def upper(self) -> float:
         """The least peak of a free motion that is known [m/s^2]."""
-        best, turned = self.best, self.turned
-        return min(math.inf if best is None else best.peak, math.inf if turned is None else turned.peak)
+        return min((one.peak for one in (self.best, self.steered, self.turned) if one is not None), default=math.inf)
 
     def run(self, rounds: int, time_limit: float, progress: Progress | None = None) -> Found:
         """Search until the gap is reached or comes down no more, or for so many rounds and seconds."""
@@ -85,8 +88,10 @@ class ArmSearch:
         }
         for tree in sorted(trees.values(), key=lambda tree: tree.lower):
             tree.run(self.upper, self._over)
-            if tree.best is not None and tree.best.peak < self.upper:
+            if tree.best is not None and (self.best is None or tree.best.peak < self.best.peak):
                 self.best = tree.best
+            if tree.steered is not None and (self.steered is None or tree.steered.peak < self.steered.peak):
+                self.steered = tree.steered
         arcs = {passage.indices: self._arcs(passage) for passage in every if not self._alone(passage)}
         for passage in every:
             if not passage.keeps:
@@ -111,7 +116,7 @@ class ArmSearch:
             first = min(trees.values(), key=lambda tree: tree.lower)
             last = first.last
             nearest = Candidate(first.passage, last.order, 0.0, last.past, last.certificate.times, last.bound)
-        return Found(ArmProof(tuple(proofs)), self.best, self.turned, nearest, self.boxes, self.rounds)
+        return Found(ArmProof(tuple(proofs)), self.best, self.steered, self.turned, nearest, self.boxes, self.rounds)
 
     def _alone(self, passage: Passage) -> bool:
         """Whether a tree of all motions is enough: without obstacles both elbows see the same."""
@@ -123,10 +128,13 @@ class ArmSearch:
     def _over(self) -> bool:
         return self.rounds >= self._most or time.perf_counter() > self._until
 
-    def _certify(self, past: Maneuver, boxes: int, start: Array | None = None) -> Certificate:
+    def _certify(self, past: Maneuver, boxes: int, start: Array | None = None, enough: float = math.inf) -> Certificate:
+        """The least peak past walls, or a bound of `enough` [m/s^2], to no smaller gap than paths can keep."""
         self.rounds += 1
         left = max(self._until - time.perf_counter(), 0.0)
-        found = certify(PointMass.of(past), self.gap / 4, node_limit=boxes, time_limit=left, start=start)
+        mass, gap = PointMass.of(past), max(self.gap, FINEST_GAP) / 4
+        level = min(enough, self.upper) / mass.unit
+        found = certify(mass, gap, node_limit=boxes, time_limit=left, start=start, enough=level)
         self.boxes += found.nodes
         if self._progress:
             self._progress(self.rounds, self._most)
@@ -151,10 +159,14 @@ class ArmSearch:
         """The arcs, the lowest split until each bounds more than the best motion, or splitting gains no more."""
         heap = [(arc.bound, k, arc) for k, arc in enumerate(arcs)]
         heapq.heapify(heap)
+        stalled, left = 0, 1.0
         for k in range(len(arcs), len(arcs) + 2 * SPLITS, 2):
             bound, _, arc = heap[0]
             a, b = arc.proof.arc
             if bound >= (1 - self.gap) * self.upper or b - a < NARROW or time.perf_counter() > self._until:
+                break
+            stalled, left = (0, now) if (now := 1 - bound / self.upper) < WORTH * left else (stalled + 1, left)
+            if stalled >= PATIENCE:
                 break
             heapq.heappop(heap)
             for i, half in enumerate(((a, (a + b) / 2), ((a + b) / 2, b))):
@@ -164,13 +176,13 @@ class ArmSearch:
 
     def _turn(self, passage: Passage, arcs: list[_Arc]) -> None:
         """Free motions of this passage that turn the elbow over, the cheapest bound first."""
-        tries = 0
+        tries = {"outer": 0, "inner": 0}
         for arc in sorted(arcs, key=lambda arc: arc.bound):
-            if arc.bound >= (1 - self.gap) * self.upper or tries >= MOST_TURNS or time.perf_counter() > self._until:
+            if arc.bound >= (1 - self.gap) * self.upper or time.perf_counter() > self._until:
                 return
-            if not arc.past.walls:
+            if not arc.past.walls or tries[arc.proof.edge] >= MOST_TURNS:
                 continue
-            tries += 1
+            tries[arc.proof.edge] += 1
             found = turn_on(self.workspace, passage, arc.proof.edge, arc.certificate, arc.past, self.circle)
             if found is not None and found.peak < self.upper:
                 self.turned = found

@@ -16,8 +16,9 @@ from ..plan import Made, Status, peak_of
 from ..progress import Progress
 from ..spec import GlobalSearch, Maneuver, Settings
 from .clearance import link_clearance
-from .course import Course
+from .course import Steered
 from .joints import JointPath
+from .passage import passages
 from .plan import ArmPlan
 from .proof import ArmProof
 from .redundant import redundant
@@ -49,12 +50,11 @@ def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress:
     circle = settings.circle.facing(0.0)
     search = ArmSearch(workspace, settings.search.gap, circle)
     found = search.run(settings.rounds, settings.time_limit or math.inf, progress)
-    kept = _kept(workspace, settings, found, began)
-    turned = _turned(workspace, settings, found, began)
-    if kept is None or (turned is not None and turned.status == "solved" and turned.peak < kept.peak):
-        kept = turned or kept
-    if kept is not None:
-        return kept
+    plans = [_kept(workspace, settings, found, began)]
+    plans += [_steered(workspace, settings, found, one, began) for one in (found.steered, found.turned)]
+    made = [plan for plan in plans if plan is not None]
+    if made:
+        return min(made, key=lambda plan: (plan.status != "solved", plan.peak))
     nothing = found.nearest
     crossing = passages(workspace)[0].maneuver if nothing is None else nothing.past
     return finished(
@@ -105,37 +105,19 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float) 
         if raised is None:
             break
         past = raised
-    if (
-        plan is not None
-        and plan.clear is not None
-        and (plan.clearance < workspace.maneuver.margin or plan.clear.within < 0)
-    ):
-        return _cut(workspace, settings, found, best, began) or plan
     return plan
 
 
-def _cut(workspace: Workspace, settings: Settings, found: Found, best: Candidate, began: float) -> ArmPlan | None:
-    """A control whose path is kept out of everything node by node."""
-    circle = settings.circle.facing(Frame.from_maneuver(best.past).angle)
-    for past, times in ((best.past, best.times), (best.passage.maneuver, np.zeros(0))):
-        course = Course(best.passage, past, circle, settings.grid.steps)
-        free = course.free(np.clip(times, 1e-3, 1 - 1e-3))
-        if free is not None:
-            motion, path = free
-            made = _made(settings, found, began)
-            at = times * past.duration
-            return finished(workspace, settings, past, at, path, motion.peak(), found.proof, made)
-    return None
-
-
-def _turned(workspace: Workspace, settings: Settings, found: Found, began: float) -> ArmPlan | None:
-    """The settings' control of the best motion that turns its elbow over; None where there is none."""
-    if found.turned is None:
+def _steered(
+    workspace: Workspace, settings: Settings, found: Found, one: Steered | None, began: float
+) -> ArmPlan | None:
+    """The settings' control of a motion that is kept out of everything node by node; None where there is none."""
+    if one is None:
         return None
-    turn = found.turned.finer(settings.grid.steps) or found.turned
-    made = _made(settings, found, began)
-    at = turn.times * turn.course.past.duration
-    return finished(workspace, settings, turn.course.past, at, turn.joints, turn.peak, found.proof, made)
+    course = replace(one.course, circle=settings.circle.facing(Frame.from_maneuver(one.course.past).angle))
+    fine = replace(one, course=course).finer(settings.grid.steps) or one
+    at, made = fine.times * course.past.duration, _made(settings, found, began)
+    return finished(workspace, settings, course.past, at, fine.joints, fine.peak, found.proof, made)
 
 
 def finished(
@@ -165,11 +147,16 @@ def finished(
     return replace(plan, status=status)
 
 
+def begins(workspace: Workspace, path: JointPath) -> bool:
+    """Whether the motion begins in one of the start's configurations, up to full turns."""
+    return _is_in(path.absolute(0.0), postures(workspace.maneuver.arm, workspace.maneuver.start))
+
+
 def lands(workspace: Workspace, path: JointPath) -> bool:
     """Whether the motion ends in one of the goal's configurations, up to full turns."""
-    end = path.absolute(path.duration)
-    apart = [
-        np.abs((end - goal + np.pi) % (2 * np.pi) - np.pi)
-        for goal in postures(workspace.maneuver.arm, workspace.maneuver.goal)
-    ]
+    return _is_in(path.absolute(path.duration), postures(workspace.maneuver.arm, workspace.maneuver.goal))
+
+
+def _is_in(theta: Array, wanted: list[tuple[float, ...]]) -> bool:
+    apart = [np.abs((theta - one + np.pi) % (2 * np.pi) - np.pi) for one in wanted]
     return min(float(np.max(one)) for one in apart) < LANDED

@@ -12,18 +12,20 @@ import heapq
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..arrays import Array
 from ..branch import Certificate
 from ..certify import Leaf
+from ..circle import Disc
 from ..exact import extremal
 from ..moments import PointMass
 from ..spec import Maneuver
 from ..trajectory import Trajectory
 from .clearance import link_clearance
+from .course import Course, Steered
 from .joints import JointPath
 from .kinematics import unit
 from .lines import IDLE, SHALLOW, deepest, slid
@@ -32,12 +34,13 @@ from .proof import Branch, looked_at, split
 
 SAMPLES = 400  # of a path when looking for its worst place; what is free is proved by `link_clearance`
 NEAR, TURNED = 0.02, 0.3  # of the arm, and rad: lines less apart replace each other
-MOST_LINES = 4  # conditions of one node
+MOST_LINES = 2  # conditions of one node
 A_LITTLE = 0.03  # of the arm: a path no further inside is raised clear of what it touches
 FIRST_LIFT = 2e-6  # of the arm: above what a clearance is proved to
 LIFTS = 10
-BOXES, MORE = 12, 20  # of obstacle times at first; times as many where a node's own gap is what is left
-PATIENCE, WORTH = 15, 0.9  # steps in which the gap must have come down to this share of itself, or the search ends
+STEERED, COARSE = (3, 6, 12), 60  # steps of a search without a free motion at which one is looked for; its holds
+BOXES, MORE = 6, 20  # of obstacle times at first; times as many where a node's own gap is what is left
+PATIENCE, WORTH = 6, 0.9  # steps in which the gap must have come down to this share of itself, or the search ends
 
 
 @dataclass(frozen=True)
@@ -62,18 +65,28 @@ class Node:
     leaves: tuple[Leaf, ...]
     certificate: Certificate
     past: Maneuver
-    ends: tuple[bool, bool] = (True, True)
-    dropped: tuple[int, ...] = ()
     line: Line | None = None
-    children: list[Node | None] = field(default_factory=list)
+    children: list[_Child | None] = field(default_factory=list)
 
     def branch(self) -> Branch:
         """The proof of this node and all below it."""
-        below = tuple(None if child is None else child.branch() for child in self.children)
-        return Branch(self.leaves, self.line, below, self.ends, self.dropped)
+        below = [
+            None if child is None else replace(child.node.branch(), ends=child.ends, dropped=child.dropped)
+            for child in self.children
+        ]
+        return Branch(self.leaves, self.line, tuple(below))
 
 
-Certify = Callable[[Maneuver, int, Array | None], Certificate]  # the maneuver, boxes, and times to start from
+@dataclass
+class _Child:
+    """A class that a node falls into, and the node that stands for it: with which ends and without which conditions."""
+
+    node: Node
+    ends: tuple[bool, bool]
+    dropped: tuple[int, ...]
+
+
+Certify = Callable[[Maneuver, int, Array | None, float], Certificate]  # boxes, times to start from, enough [m/s^2]
 
 
 class Tree:
@@ -83,6 +96,8 @@ class Tree:
         self.passage, self.gap, self._certify = passage, gap, certify
         self.workspace = passage.workspace
         self.best: Candidate | None = None
+        self.steered: Steered | None = None
+        self._enough = math.inf
         self._heap: list[tuple[float, int, Node]] = []
         self._closed: list[Node] = []
         self._serial = itertools.count()
@@ -96,17 +111,31 @@ class Tree:
         """No path has a smaller peak [m/s^2]; infinite where none is left."""
         return min((node.bound for node in [*(node for _, _, node in self._heap), *self._closed]), default=math.inf)
 
+    @property
+    def upper(self) -> float:
+        """The least peak of a free motion that was met [m/s^2]."""
+        return min((one.peak for one in (self.best, self.steered) if one is not None), default=math.inf)
+
+    def _steer(self, node: Node) -> None:
+        """A free motion around the node's, found in another way; kept where it is the best."""
+        found = Course(self.passage, node.past, Disc(), COARSE).free(np.clip(node.certificate.times, 1e-3, 1 - 1e-3))
+        if found is not None and found.peak < self.upper:
+            self.steered = found
+
     def run(self, upper: float, stop: Callable[[], bool]) -> None:
         """Search until the gap to a peak that is known, or to the best found, is reached or comes down no more."""
-        stalled, gap = 0, 1.0
+        stalled, gap, expanded = 0, 1.0, 0
         while self._heap and not stop():
-            known = min(upper, math.inf if self.best is None else self.best.peak)
+            self._enough = known = min(upper, self.upper)
             if self._heap[0][0] >= (1 - self.gap) * known or stalled >= PATIENCE:
                 break
             self.last = heapq.heappop(self._heap)[2]
+            expanded += 1
+            if self.best is None and self.passage.keeps and expanded in STEERED:
+                self._steer(self.last)
             for child in self._expand(self.last, known):
                 self._push(child)
-            known = min(known, math.inf if self.best is None else self.best.peak)
+            known = min(known, self.upper)
             left = 1 - min(self.lower, known) / known
             stalled, gap = (0, left) if left < WORTH * gap else (stalled + 1, gap)
 
@@ -125,7 +154,7 @@ class Tree:
         if path is not None:
             at = [np.argmax(self._ahead(one.line, path) >= 0) / SAMPLES for one in order]
             start = np.maximum.accumulate(np.array(at))
-        found = self._certify(past, effort * BOXES, start)
+        found = self._certify(past, effort * BOXES, start, self._enough)
         own = found.lower * PointMass.of(past).unit
         bound = max(own, 0.0 if parent is None else parent.bound)
         return Node(order, bound, own, tuple(found.leaves), found, past)
@@ -169,12 +198,15 @@ class Tree:
             yield node
             return
         node.line = line
+        solved: dict[Order, Node] = {}  # classes that look at the same conditions are one node
         for place, order in split(self.passage, node.order, line):
-            child = self._child(node, place, order, path)
+            known = len(solved)
+            child = self._child(node, place, order, path, solved)
             node.children.append(child)
-            yield child
+            if child is not None and len(solved) > known:
+                yield child.node
 
-    def _child(self, node: Node, place: int, order: Order, path: Array) -> Node | None:
+    def _child(self, node: Node, place: int, order: Order, path: Array, solved: dict[Order, Node]) -> _Child | None:
         """The node of one class: with as few conditions, and ends of its gap, as prove what more of them would."""
         passage, line = self.passage, order[place].line
         if passage.past(order) is None:
@@ -183,23 +215,28 @@ class Tree:
         low, high = passage.gaps(line)[order[place].gap]
         first = int(np.argmax(self._ahead(line, path) >= 0))
         below = float(along @ (path[first] - origin)) < (low + high) / 2
+
+        def solve(ends: tuple[bool, bool], dropped: tuple[int, ...]) -> Node:
+            own = looked_at(order, place, ends, dropped)
+            if own not in tried and (found := solved.get(own) or self._solve(own, node, path)) is not None:
+                tried[own] = found
+            return tried[own]
+
+        tried: dict[Order, Node] = {}
         dropped, ends = self._dropped(node, place, line), (below, not below)
-        child = self._solve(looked_at(order, place, ends, dropped), node, path)
-        assert child is not None
+        child = solve(ends, dropped)
         if child.own < node.own * (1 - 1e-9) and (fewer := self._dropped(node, place)) != dropped:
             dropped = fewer
-            child = self._solve(looked_at(order, place, ends, dropped), node, path)
-            assert child is not None
+            child = solve(ends, dropped)
         now = place - sum(k < place for k in dropped)
         motion = child.certificate.best.motion.in_units(PointMass.of(child.past))
         at = motion.position(child.certificate.times[now] * self.workspace.maneuver.duration)
         room = 1e-9 * self.workspace.size
         if not low - room <= float(along @ (at - origin)) <= high + room:
             ends = (True, True)
-            child = self._solve(looked_at(order, place, ends, dropped), node, path)
-            assert child is not None
-        child.ends, child.dropped = ends, dropped
-        return child
+            child = solve(ends, dropped)
+        solved.setdefault(child.order, child)
+        return _Child(child, ends, dropped)
 
     def samples(self, motion: Trajectory) -> tuple[Array, Array]:
         """Places of the centre of mass, (SAMPLES + 1, 2), and how far from touching or unreachable the arm is there."""

@@ -6,7 +6,6 @@ The place on the edge and the instant are free; at given ones the least peak is 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
@@ -17,9 +16,7 @@ from ..circle import Disc, Polygon
 from ..moments import PointMass
 from ..obstacles import Wall
 from ..spec import Maneuver
-from ..trajectory import HoldTrajectory
-from .course import Course
-from .joints import JointPath
+from .course import Course, Steered
 from .kinematics import unit
 from .passage import Edge, Passage
 from .workspace import Workspace
@@ -29,24 +26,9 @@ MOST_TRIALS = 40
 ROOM = 0.02  # of the duration: least distance of the instant from the ends
 
 
-@dataclass(frozen=True)
-class Turn:
-    """A free motion that turns its elbow over: how, its instant [scaled], its peak [m/s^2] with coarse holds."""
-
-    course: Course
-    times: Array
-    motion: HoldTrajectory
-    joints: JointPath
-    peak: float
-
-    def finer(self, steps: int) -> Turn | None:
-        """The same with so many holds."""
-        return _at(self.course.passage, self.course, self.times, steps)
-
-
 def turn_on(
     workspace: Workspace, passage: Passage, edge: Edge, found: Certificate, past: Maneuver, circle: Disc | Polygon
-) -> Turn | None:
+) -> Steered | None:
     """The best free motion near the one that comes in over an arc; None where none is found free.
 
     Args:
@@ -80,18 +62,7 @@ def turn_on(
     simplex[:, 0] = np.clip(simplex[:, 0], 2 * ROOM, 1 - 2 * ROOM)
     options = {"initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-6, "maxfev": MOST_TRIALS}
     minimize(value, simplex[0], method="Nelder-Mead", options=options)
-    for _, x in sorted(best, key=lambda one: one[0])[:1]:
-        made = _at(passage, course(float(x[1])), x[:1], COARSE)
-        if made is not None:
-            return made
-    return None
-
-
-def _at(passage: Passage, course: Course, times: Array, steps: int) -> Turn | None:
-    """The free motion at a place and instant, with so many holds."""
-    course = Course(passage, course.past, course.circle, steps, course.turn)
-    found = course.free(times)
-    if found is None:
+    if not best:
         return None
-    motion, joints = found
-    return Turn(course, times, motion, joints, motion.peak())
+    _, x = min(best, key=lambda one: one[0])
+    return course(float(x[1])).free(x[:1])

@@ -1,0 +1,220 @@
+"""An arm's plan as plain JSON data and back."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ..costate import CostateTrajectory
+from ..document import COSTATE_ARRAYS, array, digest, leaves_of, listed_leaves, listed_times, number
+from ..errors import SpecError
+from ..obstacles import Wall
+from ..plan import Made
+from ..spec import Maneuver, State
+from ..trajectory import HoldTrajectory, Trajectory
+from .joints import JointPath
+from .passage import Line, Order, Passage, passages
+from .plan import ArmPlan
+from .proof import ArmProof, Branch, PassageProof, Touching, looked_at, split
+from .spec import ArmSpec, Task
+from .workspace import Workspace
+
+MOST_DEEP = 200  # splits of a tree of gaps one below another
+
+
+def of(plan: ArmPlan) -> dict[str, Any]:
+    """The plan as plain data: numbers, lists, words."""
+    motion, path = plan.trajectory, plan.joints
+    t = listed_times(motion, plan.maneuver.duration)
+    spec = ArmSpec(
+        arm=plan.maneuver.arm,
+        maneuver=Task(**{name: getattr(plan.maneuver, name) for name in Task.model_fields}),
+        settings=plan.settings,
+    )
+    data: dict[str, Any] = {
+        "version": 1,
+        "kind": "arm",
+        "status": plan.status,
+        "peak": plan.peak if math.isfinite(plan.peak) else None,
+        "lower_bound": plan.lower_bound,
+        "gap": plan.gap,
+        "scope": plan.scope,
+        "peak_force": plan.peak_force if math.isfinite(plan.peak) else None,
+        "obstacle_times": plan.obstacle_times.tolist(),
+        "clearance": plan.clearance if math.isfinite(plan.clearance) else None,
+        "contacts": [str(contact) for contact in plan.contacts],
+        "exceeded": plan.exceeded,
+        "times": t.tolist(),
+        "position": motion.position(t).tolist() if motion else [],
+        "velocity": motion.velocity(t).tolist() if motion else [],
+        "acceleration": motion.acceleration(t[:-1]).tolist() if motion else [],
+        "joints": plan.angles(t).tolist() if motion else [],
+        "walls": [json.loads(wall.to_json()) for wall in plan.crossing.walls],
+        "proof": [_passage(one) for one in plan.proof.passages],
+        "spec": json.loads(spec.to_json()),
+    }
+    if isinstance(motion, CostateTrajectory):
+        data["costate"] = {"nodes": motion.nodes.tolist()}
+        data["costate"] |= {name: getattr(motion, name).tolist() for name in COSTATE_ARRAYS}
+    if path is not None:
+        data["path"] = {
+            "pair": list(path.pair),
+            "elbow": path.elbow,
+            "changes": list(path.changes),
+            "start": path.start.tolist(),
+            "ends": [list(motion.position(x)) for x in (0.0, path.duration)] if motion else [],
+            "others": None if path.others is None else [path.others.x.tolist(), path.others(path.others.x).tolist()],
+        }
+    data["digest"] = digest(data)
+    data["made"] = dict(vars(plan.made))
+    return data
+
+
+def _passage(proof: PassageProof) -> dict[str, Any]:
+    return {
+        "indices": list(proof.indices),
+        "kept": None if proof.kept is None else _branch(proof.kept),
+        "whole": None if proof.whole is None else _branch(proof.whole),
+        "touching": [
+            {"edge": one.edge, "arc": list(one.arc), "leaves": [listed_leaves(own) for own in one.leaves]}
+            for one in proof.touching
+        ],
+    }
+
+
+def _branch(branch: Branch) -> dict[str, Any]:
+    return {
+        "leaves": listed_leaves(branch.leaves),
+        "line": None if branch.line is None else [branch.line.angle, branch.line.offset],
+        "ends": list(branch.ends),
+        "dropped": list(branch.dropped),
+        "children": [None if child is None else _branch(child) for child in branch.children],
+    }
+
+
+def read(data: dict[str, Any]) -> ArmPlan:
+    """The plan that a document states, as it states itself. Raises `SpecError` in one line when it is not one."""
+    try:
+        return _plan(data)
+    except SpecError:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, RecursionError) as error:
+        raise SpecError(f"the document: was not a plan ({type(error).__name__}: {error}), must be one") from None
+
+
+def _plan(data: dict[str, Any]) -> ArmPlan:
+    spec = ArmSpec(**data["spec"])
+    workspace = Workspace(spec.asked)
+    if data["status"] not in ("solved", "infeasible", "unknown"):
+        raise ValueError("unknown status")
+    known = {passage.indices: passage for passage in passages(workspace)}
+    proof = ArmProof(tuple(_passage_of(one, known) for one in data["proof"]))
+    walls = tuple(Wall(**wall) for wall in data["walls"])
+    motion, path, clear = None, None, None
+    first = next(iter(known.values())).maneuver
+    if "path" in data:
+        made = data["path"]
+        ends = [State(position=tuple(array(end, (2,)).tolist())) for end in made["ends"]]
+        first = Maneuver(start=ends[0], goal=ends[1], duration=first.duration, mass=first.mass, max_peak=first.max_peak)
+        motion = _motion(data, first)
+        links, pair = workspace.chain.links, tuple(made["pair"])
+        if len(pair) != 2 or not all(type(k) is int and 0 <= k < links for k in pair) or pair[0] >= pair[1]:
+            raise ValueError("a pair of links is none")
+        others = None
+        if links > 2:
+            knots, values = array(made["others"][0]), array(made["others"][1])
+            others = CubicSpline(knots, values.reshape(len(knots), links - 2), bc_type="clamped")
+        if made["elbow"] not in (-1.0, 1.0):
+            raise ValueError("an elbow is neither -1 nor 1")
+        changes = tuple(array(made["changes"]).ravel().tolist())
+        path = JointPath(
+            workspace.chain, motion, pair, float(made["elbow"]), changes, others, array(made["start"], (links,))
+        )
+        from .clearance import link_clearance
+
+        clear = link_clearance(workspace, path)
+    return ArmPlan(
+        spec.asked,
+        spec.settings,
+        data["status"],
+        first.past(walls),
+        array(data["obstacle_times"], (len(walls),)),
+        path,
+        clear,
+        math.inf if data["peak"] is None else number(data["peak"]),
+        number(data["lower_bound"]),
+        proof,
+        Made(**data["made"]),
+    )
+
+
+def _motion(data: dict[str, Any], maneuver: Maneuver) -> Trajectory:
+    start = np.array(maneuver.start.position), np.array(maneuver.start.velocity)
+    if "costate" in data:
+        nodes = array(data["costate"]["nodes"])
+        k = len(nodes) - 1
+        arrays = {name: array(data["costate"][name], (k,) if name == "size" else (k, 2)) for name in COSTATE_ARRAYS}
+        if np.any(arrays["size"] < 0):
+            raise ValueError("a size is below zero")
+        return CostateTrajectory(nodes, **arrays, start_position=start[0], start_velocity=start[1])
+    nodes = array(data["times"])
+    return HoldTrajectory(nodes, array(data["acceleration"], (len(nodes) - 1, 2)), *start)
+
+
+def _passage_of(data: dict[str, Any], known: dict[tuple[int, int], Passage]) -> PassageProof:
+    indices = tuple(data["indices"])
+    if indices not in known:
+        raise ValueError("a proof is of configurations that are none")
+    passage = known[indices]
+    if passage.workspace.chain.links > 2:
+        return PassageProof(indices, None, (), Branch(leaves_of(data["whole"]["leaves"], 0)))
+    touching = []
+    for one in data["touching"]:
+        if one["edge"] not in ("outer", "inner"):
+            raise ValueError("an edge is neither outer nor inner")
+        touched = Touching(one["edge"], tuple(array(one["arc"], (2,)).tolist()), ())
+        if len(one["leaves"]) != len(touched.paths):
+            raise ValueError("an arc's leaves are missing")
+        leaves = tuple(
+            leaves_of(own, len(past.walls) if (past := passage.past(paths)) else 0)
+            for own, paths in zip(one["leaves"], touched.paths, strict=True)
+        )
+        touching.append(Touching(touched.edge, touched.arc, leaves))
+    trunks = [
+        None if data[name] is None else _branch_of(data[name], seen, (), 0)
+        for name, seen in (("kept", passage), ("whole", passage.whole))
+    ]
+    return PassageProof(indices, trunks[0], tuple(touching), trunks[1])
+
+
+def _branch_of(data: dict[str, Any], passage: Passage, order: Order, depth: int) -> Branch:
+    past = passage.past(order)
+    if depth > MOST_DEEP:
+        raise ValueError("a tree is too deep")
+    leaves = leaves_of(data["leaves"], 0 if past is None else len(past.walls))
+    ends, dropped = _ends(data)
+    if data["line"] is None:
+        return Branch(leaves, None, (), ends, dropped)
+    line = Line(*array(data["line"], (2,)).tolist())
+    if not passage.parts(line):
+        raise ValueError("a line is not between start and goal")
+    classes = split(passage, order, line)
+    children: list[Branch | None] = []
+    for (place, whole), child in zip(classes, data["children"], strict=True):
+        if child is None:
+            children.append(None)
+            continue
+        children.append(_branch_of(child, passage, looked_at(whole, place, *_ends(child)), depth + 1))
+    return Branch(leaves, line, tuple(children), ends, dropped)
+
+
+def _ends(data: dict[str, Any]) -> tuple[tuple[bool, bool], tuple[int, ...]]:
+    low, high = data["ends"]
+    dropped = tuple(data["dropped"])
+    if not all(isinstance(end, bool) for end in (low, high)) or not all(type(k) is int for k in dropped):
+        raise ValueError("ends or conditions are none")
+    return (low, high), dropped

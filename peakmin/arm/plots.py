@@ -1,0 +1,201 @@
+"""Pictures of an arm's plan: M over T_obs, control and path, poses, joint angles, and the arm in motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..arrays import Array
+from ..plots import BELOW, BLACK, BLOCK, BLUE, GREEN, ORANGE, PINK, RED, STYLE, axes_of, control_size
+
+if TYPE_CHECKING:
+    from .plan import ArmPlan
+
+POSES = 9  # drawn between start and goal
+FRAMES, SECOND = 90, 25  # of an animation, and how many of them a second
+COLORS = (BLUE, ORANGE, GREEN, PINK, BLACK)
+DASHES = ("-", "--", "-.", ":", (0, (5, 1)))
+
+
+def poses(plan: ArmPlan, ax: Axes | None = None, count: int = POSES) -> Axes:
+    """The arm at equal intervals over its obstacles, with the paths of tip and centre of mass (the paper's figure 9)."""
+    ax = axes_of(ax)
+    _obstacles(ax, plan)
+    if plan.joints is not None:
+        path, chain = plan.joints, plan.joints.chain
+        t = np.linspace(0, path.duration, count)
+        for k, points in enumerate(chain.joints(path.absolute(t))):
+            shade = 0.75 - 0.75 * k / (count - 1)
+            style: Any = {"color": str(shade), "linestyle": "-", "marker": "o", "markersize": 3, "linewidth": 1.6}
+            ax.plot(*points.T, label={0: "start", count - 1: "goal"}.get(k), zorder=3, **style)
+        fine = np.linspace(0, path.duration, 400)
+        ax.plot(*plan.tip(fine).T, color=ORANGE, linestyle="--", linewidth=1.5, label="tip", zorder=4)
+        ax.plot(*plan.position(fine).T, color=BLUE, linestyle="-", linewidth=1.8, label="centre of mass", zorder=4)
+        for at in plan.obstacle_times:
+            ax.plot(*plan.position(at), "D", color=ORANGE, markeredgecolor=BLACK, markersize=5, zorder=6)
+    ax.plot(*plan.maneuver.arm.base, marker="^", color=BLACK, markersize=9, linestyle="none", label="base", zorder=6)
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.legend(ncols=3, **BELOW)
+    return ax
+
+
+def _obstacles(ax: Axes, plan: ArmPlan) -> None:
+    for i, block in enumerate(plan.maneuver.obstacles):
+        ax.fill(*np.transpose(block.vertices), label=None if i else "obstacle", **BLOCK)
+
+
+def joint_angles(plan: ArmPlan, ax: Axes | None = None) -> Axes:
+    """Joint angles over time (the paper's figure 10)."""
+    ax = axes_of(ax)
+    t = np.linspace(0, plan.maneuver.duration, 600)
+    for k, column in enumerate(plan.angles(t).T):
+        ax.plot(t, column, color=COLORS[k % 5], linestyle=DASHES[k % 5], label=f"joint {k + 1}")
+    for at in plan.elbow_changes:
+        ax.axvline(at, color="#999999", linewidth=0.8, linestyle=":", label="elbow turns over")
+    ax.set(xlabel="t [s]", ylabel="joint angle [rad]")
+    ax.legend()
+    return ax
+
+
+def path(plan: ArmPlan, ax: Axes | None = None) -> Axes:
+    """The centre of mass's path with the walls that the obstacles make of it, and what it can reach."""
+    ax = axes_of(ax)
+    t = np.linspace(0, plan.maneuver.duration, 600)
+    ax.plot(*plan.position(t).T, color=BLUE, linestyle="-", linewidth=1.8, label="path of the centre of mass", zorder=4)
+    size = float(np.max(np.ptp(plan.position(t), axis=0)))
+    for i, (tip, along) in enumerate(ray for wall in plan.crossing.walls for ray in wall.rays):
+        ends = np.array([tip, tip + 0.5 * size * along])
+        ax.plot(*ends.T, color="#555555", linewidth=4, solid_capstyle="butt", label=None if i else "wall", zorder=3)
+    at = np.array(plan.obstacle_times)
+    if len(at):
+        ax.plot(*plan.position(at).T, "D", color=ORANGE, markeredgecolor=BLACK, markersize=5, label="contact", zorder=6)
+    low, high = ax.get_xlim(), ax.get_ylim()
+    if plan.joints is not None and plan.joints.chain.links == 2:
+        turn = np.linspace(0, 2 * np.pi, 721)
+        for i, radius in enumerate(plan.joints.chain.reach):
+            edge = plan.joints.chain.base + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+            ax.plot(
+                *edge.T,
+                color=BLACK,
+                linewidth=0.9,
+                linestyle="-.",
+                label=None if i else "reach",
+                scalex=False,
+                scaley=False,
+            )
+    ax.set(xlabel="x [m]", ylabel="y [m]", xlim=low, ylim=high)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.legend(ncols=2, **BELOW)
+    return ax
+
+
+def peak_over_time(plan: ArmPlan, ax: Axes | None = None, count: int = 60) -> Axes:
+    """The least M over the time of the plan's contact (the paper's figure 7); for one contact."""
+    from ..exact import extremal
+    from ..moments import PointMass
+
+    ax = axes_of(ax)
+    mass = PointMass.of(plan.crossing)
+    if mass.walls != 1:
+        raise ValueError("peak_over_time draws plans with one contact")
+    at = np.unique(np.append(np.linspace(0.1, 0.95, count), plan.obstacle_times / mass.time))
+    least = np.array([extremal(mass, np.array([x])).upper for x in at]) * mass.unit
+    ax.plot(at * mass.time, least, color=BLUE, linestyle="-", label="least M at this time")
+    ax.plot(
+        plan.obstacle_times, plan.peak, "D", color=ORANGE, markeredgecolor=BLACK, label=f"plan: {plan.peak:.6g} m/s²"
+    )
+    bound = f"lower bound of all motions: {plan.lower_bound:.6g} m/s²"
+    ax.axhline(plan.lower_bound, color=BLACK, linestyle=":", label=bound)
+    ax.set(xlabel="$T_{obs}$ [s]", ylabel="least M [m/s²]", ylim=(0, min(float(np.max(least)), 6 * plan.peak)))
+    ax.legend()
+    return ax
+
+
+def base_force(plan: ArmPlan, ax: Axes | None = None) -> Axes:
+    """The base force's size and components over time, with its peak."""
+    ax = axes_of(ax)
+    t = np.linspace(0, plan.maneuver.duration, 1201)
+    force = plan.base_force(t)
+    for axis in (0, 1):
+        ax.plot(t, force[:, axis], color=COLORS[axis], linestyle=DASHES[axis], label=f"$F_{'xy'[axis]}$")
+    ax.plot(t, np.hypot(*force.T), color=BLACK, linestyle="-.", label="|F|")
+    ax.axhline(plan.peak_force, color=BLACK, linewidth=0.9, label=f"peak {plan.peak_force:.6g} N")
+    ax.set(xlabel="t [s]", ylabel="base force [N]", ylim=(-1.15 * plan.peak_force or -1, 1.25 * plan.peak_force or 1))
+    ax.legend(ncols=2, **BELOW)
+    return ax
+
+
+def overview(plan: ArmPlan) -> Figure:
+    """Poses, path, joint angles and control on one figure."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(2, 2, figsize=(12, 10))
+        poses(plan, ax=axes[0, 0])
+        if plan.joints is not None:
+            path(plan, ax=axes[0, 1])
+            joint_angles(plan, ax=axes[1, 0])
+            control_size(plan, ax=axes[1, 1])  # type: ignore[arg-type]
+    return figure
+
+
+def figures(plan: ArmPlan) -> dict[str, Figure]:
+    """The figures of an arm's plan by name: all at once, and each by itself as the paper has them."""
+    out = {"plan": overview(plan)}
+    if plan.joints is None:
+        return out
+    drawn: dict[str, Any] = {"poses": poses, "joint_angles": joint_angles, "path": path, "base_force": base_force}
+    if len(plan.crossing.walls) == 1 and not plan.elbow_changes:
+        drawn["peak_over_time"] = peak_over_time
+    for name, draw in drawn.items():
+        with plt.rc_context(STYLE):
+            figure, ax = plt.subplots(figsize=(7, 6) if name in ("poses", "path") else (7, 4.5))
+            draw(plan, ax=ax)
+        out[name] = figure
+    return out
+
+
+def animate(plan: ArmPlan, file: str | Path, frames: int = FRAMES) -> None:
+    """The arm in motion beside its base force, as a GIF."""
+    if plan.joints is None:
+        raise ValueError(f"this plan is {plan.status}: it has no trajectory")
+    joints, chain = plan.joints, plan.joints.chain
+    t = np.linspace(0, joints.duration, frames)
+    points: Array = chain.joints(joints.absolute(t))
+    forces = plan.base_force(np.minimum(t, joints.duration * (1 - 1e-9)))
+    with plt.rc_context({**STYLE, "figure.constrained_layout.use": False}):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6), width_ratios=(1.15, 1))
+        figure.subplots_adjust(left=0.07, right=0.98, bottom=0.13, top=0.92, wspace=0.22)
+        _obstacles(left, plan)
+        left.plot(*plan.tip(t).T, color=ORANGE, linestyle="--", linewidth=1.0)
+        left.plot(*plan.position(t).T, color=BLUE, linestyle="-", linewidth=1.2)
+        (arm,) = left.plot([], [], color=BLACK, linestyle="-", marker="o", linewidth=2.5, zorder=5)
+        (mass,) = left.plot([], [], color=BLUE, linestyle="none", marker="o", markersize=7, zorder=6)
+        size = float(np.max(np.ptp(points.reshape(-1, 2), axis=0)))
+        arrow = left.quiver(
+            *chain.base, 0, 0, color=RED, angles="xy", scale_units="xy", scale=4 * plan.peak_force / size, zorder=7
+        )
+        low, high = points.reshape(-1, 2).min(axis=0) - 0.12 * size, points.reshape(-1, 2).max(axis=0) + 0.12 * size
+        left.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]", aspect="equal")
+        left.set_title("arm, and the force on its base (red)", fontsize=10)
+        fine = np.linspace(0, joints.duration, 800)
+        right.plot(fine, np.hypot(*plan.base_force(fine).T), color=BLACK, linestyle="-", linewidth=1.3)
+        right.axhline(plan.peak_force, color=ORANGE, linestyle="--", linewidth=1.0)
+        (dot,) = right.plot([], [], color=RED, marker="o", linestyle="none", markersize=7)
+        right.set(xlabel="t [s]", ylabel="base force [N]", ylim=(0, 1.15 * plan.peak_force))
+        right.set_title(f"peak {plan.peak_force:.4g} N", fontsize=10)
+
+        def draw(k: int) -> tuple[Any, ...]:
+            arm.set_data(*points[k].T)
+            mass.set_data(*plan.position(t[k])[:, None])
+            arrow.set_UVC(*-forces[k])
+            dot.set_data([t[k]], [np.hypot(*forces[k])])
+            return arm, mass, arrow, dot
+
+        FuncAnimation(figure, draw, frames=frames).save(str(file), writer=PillowWriter(fps=SECOND))
+        plt.close(figure)
