@@ -9,6 +9,7 @@ The programs are loaded on first use: reading a spec does not wait for cvxpy.
 from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
+from .api import solve, verify
 from .bracket import Answer, Bracket, HoldProblem, Verdict
 from .budget import ErrorBudget, error_budget
 from .certify import Leaf, Proof
@@ -19,7 +20,6 @@ from .frame import Frame
 from .grid import Aligned, Uniform
 from .obstacles import Block, Wall
 from .plan import Made, Plan
-from .search import solve
 from .sensitivity import Sensitivities
 from .shortest import Shortest, shortest
 from .spec import (
@@ -36,9 +36,11 @@ from .spec import (
     schema,
 )
 from .sweep import Sweep, sweep
-from .verify import Verification, verify
+from .verify import Verification
 
 if TYPE_CHECKING:
+    from .arm.plan import ArmPlan
+    from .arm.spec import Arm, ArmManeuver, ArmSpec, Link, Pose
     from .program import DirectProgram, FeasibilityProgram
 
 __version__ = _version("peakmin")
@@ -46,6 +48,10 @@ __version__ = _version("peakmin")
 __all__ = [
     "Aligned",
     "Answer",
+    "Arm",
+    "ArmManeuver",
+    "ArmPlan",
+    "ArmSpec",
     "Bisection",
     "Block",
     "Bracket",
@@ -60,12 +66,14 @@ __all__ = [
     "GlobalSearch",
     "HoldProblem",
     "Leaf",
+    "Link",
     "Made",
     "Maneuver",
     "NotDPPError",
     "PeakminError",
     "Plan",
     "Polygon",
+    "Pose",
     "Proof",
     "RefineSearch",
     "Sensitivities",
@@ -89,11 +97,19 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name in ("DirectProgram", "FeasibilityProgram"):
-        from . import program
+LATER = {  # what takes time to import, by its module
+    "program": ("DirectProgram", "FeasibilityProgram"),
+    "arm.spec": ("Arm", "ArmManeuver", "ArmSpec", "Link", "Pose"),
+    "arm.plan": ("ArmPlan",),
+}
 
-        return getattr(program, name)
+
+def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
+    for module, names in LATER.items():
+        if name in names:
+            return getattr(import_module(f".{module}", __name__), name)
     raise AttributeError(f"module 'peakmin' has no attribute {name!r}")
 
 

@@ -1,4 +1,4 @@
-"""The terminal: `peakmin paper | solve | sweep | budget | verify | schema`.
+"""The terminal: `peakmin paper | solve | sweep | budget | compare | simulate | verify | schema`.
 
 Results go to stdout, progress and errors to stderr.
 
@@ -19,11 +19,12 @@ import typer
 from typer.exceptions import TyperException
 
 from . import files
-from .errors import PeakminError
+from .errors import PeakminError, SpecError
 from .model import read_file
 from .spec import Spec, schema
 
 if TYPE_CHECKING:
+    from .arm.spec import ArmSpec
     from .budget import ErrorBudget
     from .plan import Plan
     from .progress import Progress
@@ -41,18 +42,62 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and 
 Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Write plots, JSON and CSV there.")]
 
 
+def read_spec(path: Path) -> Spec | ArmSpec:
+    """A spec file of a centre of mass or of an arm."""
+    from . import api
+
+    return api.read_spec(path)
+
+
 @app.command("solve")
 def solve_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
-    asked = Spec.read(spec)
-    from .search import solve
+    asked = read_spec(spec)
+    from .api import solve
+
+    if isinstance(asked, Spec):
+        with _progress("solve") as progress:
+            plan = solve(asked.maneuver, asked.settings, progress=progress)
+        if out:
+            _write_plan(plan, out)
+        print(plan.to_json(indent=2) if as_json else _describe(plan))
+        raise typer.Exit(EXIT[plan.status])
+    from .arm import terminal
 
     with _progress("solve") as progress:
-        plan = solve(asked.maneuver, asked.settings, progress=progress)
+        arm_plan = solve(asked.asked, asked.settings, progress=progress)
     if out:
-        _write_plan(plan, out)
-    print(plan.to_json(indent=2) if as_json else _describe(plan))
-    raise typer.Exit(EXIT[plan.status])
+        _headless()
+        terminal.write(arm_plan, out)
+    print(arm_plan.to_json(indent=2) if as_json else terminal.describe(arm_plan))
+    raise typer.Exit(EXIT[arm_plan.status])
+
+
+@app.command("compare")
+def compare_command(spec: SpecFile, as_json: Json = False) -> None:
+    """An arm's least peak beside the same move by joint quintics, minimum jerk and a smooth path."""
+    asked = read_spec(spec)
+    if isinstance(asked, Spec):
+        raise SpecError("arm: was missing, must be given for `compare`")
+    from .arm import terminal
+    from .arm.compare import compare, table
+
+    with _progress("compare") as progress:
+        plan = terminal.solved(asked, progress)
+    rows = compare(plan)
+    print(json.dumps([terminal.plain(row) for row in rows], indent=2) if as_json else table(rows))
+
+
+@app.command("simulate")
+def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
+    """Drive the simulated arm (MuJoCo, gravity off) along a plan and print planned and simulated peak base force."""
+    from .arm import terminal
+    from .arm.plan import ArmPlan
+    from .arm.simulate import simulate
+
+    found = simulate(ArmPlan.from_json(read_file(plan)))
+    print(json.dumps(terminal.numbers(found), indent=2) if as_json else terminal.felt(found))
+    raise typer.Exit(0 if found.agrees else EXIT["unknown"])
 
 
 @app.command("sweep")
@@ -89,16 +134,19 @@ def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> No
 @app.command("verify")
 def verify_command(plan: PlanFile, as_json: Json = False) -> None:
     """Compute anew everything that a plan file states, from the file alone; exit status 4 if any of it is not so."""
-    from .verify import verify
+    from .api import verify
 
     found = verify(read_file(plan))
+    from .arm import terminal
+    from .plan import Plan
+
     stated = found.plan
     if as_json:
         numbers = {"peak": stated.peak, "lower_bound": found.lower_bound, "gap": stated.gap, "scope": stated.scope}
         print(json.dumps({"verified": found.passed, **numbers, "problems": list(found.problems)}, indent=2))
     else:
         print("verified" if found.passed else "NOT as stated")
-        print(_facts(stated))
+        print(_facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
         for problem in found.problems:
             print(f"  {problem}")
     raise typer.Exit(0 if found.passed else EXIT["unknown"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from .model import load
 from .moments import PointMass
 from .plan import Plan, proved
 
+if TYPE_CHECKING:
+    from .arm.plan import ArmPlan
+
 NEARLY = 1e-3  # relative: how far the multipliers' own bound may be below the plan's
 SAME = 1e-9  # relative difference up to which a number counts as the one stated
 
@@ -24,7 +27,7 @@ SAME = 1e-9  # relative difference up to which a number counts as the one stated
 class Verification:
     """What was stated and found. `problems` is empty when all of it is so."""
 
-    plan: Plan
+    plan: Plan | ArmPlan
     peak: float
     lower_bound: float
     problems: tuple[str, ...]

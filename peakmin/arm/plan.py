@@ -172,6 +172,18 @@ class ArmPlan:
         """The plan as one JSON document."""
         return json.dumps(self.document(), indent=indent, allow_nan=False)
 
+    @classmethod
+    def from_json(cls, text: str | bytes) -> ArmPlan:
+        """The plan that `to_json` wrote, as it states itself: `peakmin.verify` tells whether that is true.
+
+        Raises:
+            SpecError: when the text is not a plan of an arm.
+        """
+        from ..model import load
+        from .document import read
+
+        return read(load(text, finite=True))
+
     def to_csv(self) -> str:
         """Text: rows t, joint angles, speeds, torques, centre of mass, base force and moment at the nodes [SI]."""
         t, n = self.times, len(self.maneuver.arm.links)

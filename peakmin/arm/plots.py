@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,13 +19,13 @@ if TYPE_CHECKING:
     from .plan import ArmPlan
 
 POSES = 9  # drawn between start and goal
-FRAMES, SECOND = 90, 25  # of an animation, and how many of them a second
+FRAMES, SECOND = 48, 12  # of an animation, and how many of them a second
 COLORS = (BLUE, ORANGE, GREEN, PINK, BLACK)
 DASHES = ("-", "--", "-.", ":", (0, (5, 1)))
 
 
 def poses(plan: ArmPlan, ax: Axes | None = None, count: int = POSES) -> Axes:
-    """The arm at equal intervals over its obstacles, with the paths of tip and centre of mass (the paper's figure 9)."""
+    """The arm at equal intervals over its obstacles, the paths of tip and centre of mass (the paper's figure 9)."""
     ax = axes_of(ax)
     _obstacles(ax, plan)
     if plan.joints is not None:
@@ -87,11 +88,9 @@ def path(plan: ArmPlan, ax: Axes | None = None) -> Axes:
                 linewidth=0.9,
                 linestyle="-.",
                 label=None if i else "reach",
-                scalex=False,
-                scaley=False,
             )
     ax.set(xlabel="x [m]", ylabel="y [m]", xlim=low, ylim=high)
-    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_aspect("equal")
     ax.legend(ncols=2, **BELOW)
     return ax
 
@@ -160,8 +159,8 @@ def figures(plan: ArmPlan) -> dict[str, Figure]:
     return out
 
 
-def animate(plan: ArmPlan, file: str | Path, frames: int = FRAMES) -> None:
-    """The arm in motion beside its base force, as a GIF."""
+def animate(plan: ArmPlan, frames: int = FRAMES) -> bytes:
+    """The arm in motion beside its base force: a GIF. Raises `ValueError` where the plan has no motion."""
     if plan.joints is None:
         raise ValueError(f"this plan is {plan.status}: it has no trajectory")
     joints, chain = plan.joints, plan.joints.chain
@@ -169,7 +168,7 @@ def animate(plan: ArmPlan, file: str | Path, frames: int = FRAMES) -> None:
     points: Array = chain.joints(joints.absolute(t))
     forces = plan.base_force(np.minimum(t, joints.duration * (1 - 1e-9)))
     with plt.rc_context({**STYLE, "figure.constrained_layout.use": False}):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6), width_ratios=(1.15, 1))
+        figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6), width_ratios=(1.15, 1), dpi=70)
         figure.subplots_adjust(left=0.07, right=0.98, bottom=0.13, top=0.92, wspace=0.22)
         _obstacles(left, plan)
         left.plot(*plan.tip(t).T, color=ORANGE, linestyle="--", linewidth=1.0)
@@ -184,10 +183,13 @@ def animate(plan: ArmPlan, file: str | Path, frames: int = FRAMES) -> None:
         left.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]", aspect="equal")
         left.set_title("arm, and the force on its base (red)", fontsize=10)
         fine = np.linspace(0, joints.duration, 800)
-        right.plot(fine, np.hypot(*plan.base_force(fine).T), color=BLACK, linestyle="-", linewidth=1.3)
-        right.axhline(plan.peak_force, color=ORANGE, linestyle="--", linewidth=1.0)
+        for axis in (0, 1):
+            component = plan.base_force(fine)[:, axis]
+            right.plot(fine, component, color=COLORS[axis], linestyle=DASHES[axis], label=f"$F_{'xy'[axis]}$")
+        right.plot(fine, np.hypot(*plan.base_force(fine).T), color=BLACK, linestyle="-.", label="|F|")
         (dot,) = right.plot([], [], color=RED, marker="o", linestyle="none", markersize=7)
-        right.set(xlabel="t [s]", ylabel="base force [N]", ylim=(0, 1.15 * plan.peak_force))
+        right.set(xlabel="t [s]", ylabel="base force [N]", ylim=(-1.15 * plan.peak_force, 1.35 * plan.peak_force))
+        right.legend(loc="upper right", ncols=3)
         right.set_title(f"peak {plan.peak_force:.4g} N", fontsize=10)
 
         def draw(k: int) -> tuple[Any, ...]:
@@ -197,5 +199,8 @@ def animate(plan: ArmPlan, file: str | Path, frames: int = FRAMES) -> None:
             dot.set_data([t[k]], [np.hypot(*forces[k])])
             return arm, mass, arrow, dot
 
-        FuncAnimation(figure, draw, frames=frames).save(str(file), writer=PillowWriter(fps=SECOND))
-        plt.close(figure)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "arm.gif"
+            FuncAnimation(figure, draw, frames=frames).save(str(file), writer=PillowWriter(fps=SECOND))
+            plt.close(figure)
+            return file.read_bytes()

@@ -17,6 +17,7 @@ from .kinematics import Chain
 from .plan import ArmPlan
 
 STEPS = 20_000  # of the simulation
+PEAK_WITHIN, CURVE_WITHIN = 0.005, 0.01
 STIFF, DAMPED = 25.0, 10.0  # of the hold on the plan, in 1/duration^2 and 1/duration, times the arm's inertia
 
 
@@ -41,6 +42,12 @@ class Simulation:
     def felt_peak(self) -> float:
         """Largest simulated base force [N]."""
         return float(np.max(np.hypot(*self.felt.T)))
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the peak is the planned one to 0.5 % and the curve to 1 % of the peak."""
+        near = abs(self.felt_peak - self.planned_peak) <= PEAK_WITHIN * self.planned_peak
+        return near and self.error <= CURVE_WITHIN
 
     @property
     def error(self) -> float:

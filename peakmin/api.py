@@ -1,0 +1,72 @@
+"""The verbs for point masses and arms alike: `solve` and `verify` pick the room that answers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, overload
+
+from .model import load, read_file
+from .progress import Progress
+from .search import solve as solve_point
+from .spec import Maneuver, Settings, Spec
+from .verify import Verification
+from .verify import verify as verify_point
+
+if TYPE_CHECKING:
+    from .arm.plan import ArmPlan
+    from .arm.spec import ArmManeuver, ArmSpec
+    from .plan import Plan
+
+
+@overload
+def solve(maneuver: Maneuver, settings: Settings | None = ..., progress: Progress | None = ...) -> Plan: ...
+@overload
+def solve(maneuver: ArmManeuver, settings: Settings | None = ..., progress: Progress | None = ...) -> ArmPlan: ...
+def solve(
+    maneuver: Maneuver | ArmManeuver, settings: Settings | None = None, progress: Progress | None = None
+) -> Plan | ArmPlan:
+    """The maneuver of least peak base reaction force, with its proof.
+
+    Args:
+        maneuver: what to do: of a centre of mass, or of an arm in its workspace.
+        settings: how; default an exact disc, 200 aligned holds, M as a variable, a global search to a gap of 1e-6.
+        progress: called with (done, total).
+
+    Raises:
+        SpecError: when the settings do not fit the maneuver.
+    """
+    from .arm.spec import ArmManeuver
+
+    if isinstance(maneuver, ArmManeuver):
+        from .arm.solve import solve_arm
+
+        return solve_arm(maneuver, settings, progress)
+    return solve_point(maneuver, settings, progress)
+
+
+def verify(text: str | bytes) -> Verification:
+    """Compute anew everything that a plan document states: states, crossings, peak, clearance, bound, gap.
+
+    Args:
+        text: a plan document, as `to_json` or `peakmin solve --json` writes it.
+
+    Raises:
+        SpecError: when the text is not a plan document.
+    """
+    if load(text, finite=True).get("kind") != "arm":
+        return verify_point(text)
+    from .arm.verify import verify_arm
+
+    plan, bound, problems = verify_arm(text)
+    peak = float("inf") if plan.trajectory is None else plan.trajectory.peak()
+    return Verification(plan, peak, bound, tuple(problems))
+
+
+def read_spec(path: str | Path) -> Spec | ArmSpec:
+    """A spec file, of an arm where it has one. Raises `SpecError` in one line when it cannot be read or is wrong."""
+    data = load(read_file(path))
+    if "arm" not in data:
+        return Spec(**data)
+    from .arm.spec import ArmSpec
+
+    return ArmSpec(**data)

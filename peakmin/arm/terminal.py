@@ -1,0 +1,102 @@
+"""What the terminal says of arms, and the files it writes."""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+from typing import Any
+
+from .. import files
+from ..errors import PeakminError
+from ..progress import Progress
+from .compare import Row
+from .plan import ArmPlan
+from .simulate import Simulation
+from .spec import ArmSpec
+
+
+def describe(plan: ArmPlan) -> str:
+    """The plan in words, with how it was made."""
+    made = plan.made
+    return facts(plan) + (
+        f"\n  made by         {made.solver}, {made.solves} solves of {made.compilations} compiled programs, "
+        f"{made.nodes} boxes, {made.seconds:.2f} s"
+    )
+
+
+def facts(plan: ArmPlan) -> str:
+    """The plan in words."""
+    lines = [f"{plan.status}: peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N"]
+    limit = plan.maneuver.max_peak
+    if limit is not None and plan.status != "solved":
+        proved = "no motion keeps it (proved)" if plan.status == "infeasible" else "not proved to be impossible"
+        lines.append(f"  max_peak        {limit:.9g} m/s²: {proved}")
+    lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for any motion of the arm")
+    lines.append(f"  gap             {plan.gap:.2e} of the peak")
+    for t, contact in zip((t for t in plan.obstacle_times if t not in plan.elbow_changes), plan.contacts, strict=True):
+        lines.append(f"  contact         {t:.6g} s: {contact}")
+    lines += [f"  elbow           turns over at {t:.6g} s" for t in plan.elbow_changes]
+    if math.isfinite(plan.clearance):
+        where = "" if plan.clearance >= plan.maneuver.margin else ": closer than asked"
+        lines.append(f"  clearance       {plan.clearance:.6g} m of every link at every instant{where}")
+    if plan.clear is not None and plan.clear.within < 0:
+        lines.append(f"  reach           the path leaves it by {-plan.clear.within:.6g} m")
+    lines += [f"  not kept        {one}" for one in plan.exceeded]
+    if plan.joints is None:
+        lines.append("  no free motion was found; the bound holds all the same")
+    return "\n".join(lines)
+
+
+def write(plan: ArmPlan, out: Path) -> None:
+    """plan.json, plan.csv, the figures and the animation."""
+    import matplotlib.pyplot as plt
+
+    from .plots import animate, figures
+
+    files.write(out / "plan.json", plan.to_json(indent=2) + "\n")
+    for name, figure in figures(plan).items():
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format="png", metadata={"Software": None})
+        plt.close(figure)
+        files.write(out / f"{name}.png", buffer.getvalue())
+    if plan.joints is not None:
+        files.write(out / "plan.csv", plan.to_csv())
+        files.write(out / "arm.gif", animate(plan))
+
+
+def solved(asked: ArmSpec, progress: Progress | None) -> ArmPlan:
+    """The plan of a spec. Raises `PeakminError` where it has no motion."""
+    from .solve import solve_arm
+
+    plan = solve_arm(asked.asked, asked.settings, progress)
+    if plan.joints is None:
+        raise PeakminError("compare: was a task without a free motion, must have one")
+    return plan
+
+
+def plain(row: Row) -> dict[str, Any]:
+    """A row of a comparison as plain data."""
+    return {name: None if isinstance(x, float) and not math.isfinite(x) else x for name, x in vars(row).items()}
+
+
+def numbers(found: Simulation) -> dict[str, Any]:
+    """A simulation as plain data."""
+    return {
+        "planned_peak": found.planned_peak,
+        "simulated_peak": found.felt_peak,
+        "peak_error": found.felt_peak / found.planned_peak - 1 if found.planned_peak else 0.0,
+        "curve_error": found.error,
+        "drift": found.drift,
+        "agrees": found.agrees,
+    }
+
+
+def felt(found: Simulation) -> str:
+    """A simulation in words."""
+    return (
+        f"planned peak base force    {found.planned_peak:.6g} N\n"
+        f"simulated peak base force  {found.felt_peak:.6g} N\n"
+        f"largest difference         {100 * found.error:.3f} % of the planned peak, at any instant\n"
+        f"joint angles               within {found.drift:.2e} rad of the plan"
+    )
