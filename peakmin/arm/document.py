@@ -40,7 +40,7 @@ def of(plan: ArmPlan) -> dict[str, Any]:
         "kind": "arm",
         "status": plan.status,
         "peak": plan.peak if math.isfinite(plan.peak) else None,
-        "lower_bound": plan.lower_bound,
+        "lower_bound": plan.lower_bound if math.isfinite(plan.lower_bound) else None,
         "gap": plan.gap,
         "scope": plan.scope,
         "peak_force": plan.peak_force if math.isfinite(plan.peak) else None,
@@ -146,7 +146,7 @@ def _plan(data: dict[str, Any]) -> ArmPlan:
         path,
         clear,
         math.inf if data["peak"] is None else number(data["peak"]),
-        number(data["lower_bound"]),
+        math.inf if data["lower_bound"] is None else number(data["lower_bound"]),
         proof,
         Made(**data["made"]),
     )

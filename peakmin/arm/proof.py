@@ -143,9 +143,9 @@ class ArmProof:
     scope: Literal["all"] = "all"
 
     def bound(self, maneuver: ArmManeuver) -> float:
-        """The lower bound [m/s^2], evaluated anew; zero where some motion is left out."""
+        """The lower bound [m/s^2], evaluated anew; zero where some motion is left out, infinite where there is none."""
         least, own = math.inf, {one.indices: one for one in self.passages}
         for passage in passages(Workspace(maneuver)):
             proof = own.get(passage.indices)
             least = min(least, 0.0 if proof is None else proof.bound(passage))
-        return least if math.isfinite(least) else 0.0
+        return least

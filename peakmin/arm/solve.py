@@ -142,7 +142,7 @@ def finished(
     status: Status = "unknown"
     if kept and peak <= limit and not plan.exceeded:
         status = "solved"
-    elif bound > limit:
+    elif bound > limit or math.isinf(bound):
         status = "infeasible"
     return replace(plan, status=status)
 

@@ -43,7 +43,9 @@ def facts(plan: ArmPlan) -> str:
     if plan.clear is not None and plan.clear.within < 0:
         lines.append(f"  reach           the path leaves it by {-plan.clear.within:.6g} m")
     lines += [f"  not kept        {one}" for one in plan.exceeded]
-    if plan.joints is None:
+    if math.isinf(plan.lower_bound):
+        lines.append("  closed          obstacles and reach leave no way from start to goal (proved)")
+    elif plan.joints is None:
         lines.append("  no free motion was found; the bound holds all the same")
     return "\n".join(lines)
 
