@@ -39,11 +39,10 @@ def holds_true(plan):
     jump = np.max(np.abs(np.diff(theta, axis=0)), axis=1)
     assert np.all(jump <= 1.5 * np.maximum(speed[1:], speed[:-1]) * np.diff(t) + 1e-6)
     # the base force is the rate of change of momentum, away from the control's switches and the elbow's
-    h = 1e-6 * T
-    middle = (plan.times[:-1] + plan.times[1:]) / 2
-    away = [np.abs(middle - at) > 0.01 * T for at in plan.elbow_changes]
-    middle = middle[np.all(away, axis=0)] if away else middle
-    force = (momentum(plan, middle + h) - momentum(plan, middle - h)) / (2 * h)
+    middle, h = (plan.times[:-1] + plan.times[1:]) / 2, np.minimum(1e-6 * T, np.diff(plan.times) / 8)
+    away = np.all([np.abs(middle - at) > 0.01 * T for at in plan.elbow_changes] or [middle > 0], axis=0)
+    middle, h = middle[away], h[away]
+    force = (momentum(plan, middle + h) - momentum(plan, middle - h)) / (2 * h[:, None])
     assert np.max(np.abs(force - plan.base_force(middle))) <= 1e-5 * plan.peak_force
     if plan.maneuver.obstacles:
         world = shapely.union_all([shapely.Polygon(block.vertices) for block in plan.maneuver.obstacles])
