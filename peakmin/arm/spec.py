@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from ..errors import SpecError
 from ..model import Model, Number, Positive, Vector
@@ -135,7 +135,11 @@ class ArmManeuver(Task):
     @model_validator(mode="after")
     def _poses_exist(self) -> ArmManeuver:
         for name, pose in (("start", self.start), ("goal", self.goal)):
-            if not (found := postures(self.arm, pose)):
+            try:
+                found = postures(self.arm, pose)
+            except ValueError as error:
+                raise ValueError(f".{name}{error}") from None
+            if not found:
                 first, second = (link.length for link in self.arm.links[:2])
                 assert pose.tip is not None
                 raise ValueError(
@@ -183,14 +187,13 @@ def hit_by(maneuver: ArmManeuver, theta: tuple[float, ...]) -> int | None:
 class ArmSpec(Model):
     """A whole spec file for an arm."""
 
-    version: Annotated[int, Field(strict=True)] = 1
+    version: Annotated[int, Field(strict=True), AfterValidator(known_version)] = 1
     arm: Arm
     maneuver: Task
     settings: Settings = Settings()
 
     @model_validator(mode="after")
     def _fit_together(self) -> ArmSpec:
-        known_version(self.version)
         try:
             check_arm(self.asked, self.settings)
         except SpecError as error:

@@ -1,0 +1,402 @@
+"""Arms: mapping, proofs of clearance, search with changes of elbow, simulation, files."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+import peakmin as pm
+from peakmin.arm.clearance import link_clearance
+from peakmin.arm.compare import compare
+from peakmin.arm.course import Course
+from peakmin.arm.kinematics import Chain, Pair
+from peakmin.arm.passage import Turned, passages
+from peakmin.arm.simulate import simulate
+from peakmin.arm.spec import postures
+from peakmin.arm.workspace import BLOCKED, FREE, Sheets, Workspace
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+ROD = {"length": 1.0, "mass": 1.0}
+TABLE = pm.Block(vertices=[(0.1, 0.75), (0.6, 0.75), (0.6, 1.3), (0.1, 1.3)])
+
+
+def example(name):
+    return pm.ArmSpec.read(EXAMPLES / f"{name}.json")
+
+
+@pytest.fixture(scope="module")
+def two_link():
+    spec = example("two_link")
+    return pm.solve(spec.asked, spec.settings)
+
+
+@pytest.fixture(scope="module")
+def three_link():
+    spec = example("three_link")
+    return pm.solve(spec.asked, spec.settings)
+
+
+def small(**changes):
+    """Two equal rods past a table."""
+    task = {
+        "arm": pm.Arm(links=[pm.Link(**ROD), pm.Link(**ROD)]),
+        "start": pm.Pose(tip=(1.2, -0.6), elbow="up"),
+        "goal": pm.Pose(tip=(1.2, 0.9), elbow="up"),
+        "duration": 2.0,
+    }
+    return pm.ArmManeuver(**{**task, **changes})
+
+
+@pytest.mark.parametrize(
+    ("tip", "centre"),
+    [((2.22, -2.693), (2.5, -0.2)), ((7.0394, 0.5228), (3.45, 1.2)), ((5.478, -0.306), (2.82, 1.3))],
+)
+def test_the_papers_tips_map_to_its_centres_of_mass(tip, centre):
+    arm = example("two_link").arm
+    (theta,) = postures(arm, pm.Pose(tip=tip, elbow="up"))
+    chain = Chain.of(arm)
+    assert chain.tip(theta) == pytest.approx(tip, abs=1e-12)
+    assert chain.centre(theta) == pytest.approx(centre, abs=2e-3)
+    assert chain.reach == (2.0, 4.0)
+
+
+def test_payload_and_uneven_links_count_in_the_centre_of_mass():
+    arm = pm.Arm(links=[pm.Link(length=2, mass=3, com=0.5), pm.Link(length=1, mass=2)], base=(1, -1), payload=5)
+    chain, theta = Chain.of(arm), np.array([0.3, -0.9])
+    e = [np.array([np.cos(a), np.sin(a)]) for a in theta]
+    places = [0.5 * e[0], 2 * e[0] + 0.5 * e[1], 2 * e[0] + e[1]]
+    wanted = np.array([1, -1]) + sum(m * r for m, r in zip((3, 2, 5), places, strict=True)) / 10
+    assert chain.centre(theta) == pytest.approx(wanted, abs=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_two_links_reach_what_they_are_asked_and_their_spread_is_a_bound(seed):
+    rng = np.random.default_rng(seed)
+    pair = Pair(*rng.uniform(0.3, 2, 2))
+    rho, phi = rng.uniform(pair.inner, pair.outer), rng.uniform(-np.pi, np.pi)
+    s, elbow = rho * np.array([np.cos(phi), np.sin(phi)]), rng.choice([-1.0, 1.0])
+    theta = pair.angles(s, elbow)
+    reached = pair.a * np.array([np.cos(theta[0]), np.sin(theta[0])])
+    reached += pair.b * np.array([np.cos(theta[1]), np.sin(theta[1])])
+    assert reached == pytest.approx(s, abs=1e-13)
+    radius = 10 ** rng.uniform(-4, -0.3)
+    turn = rng.uniform(0, 2 * np.pi, 4000)
+    around = s + radius * np.sqrt(rng.uniform(0, 1, (4000, 1))) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    size = np.hypot(*around.T)
+    around = around[(size >= pair.inner) & (size <= pair.outer)]
+    apart = np.abs((pair.angles(around, elbow) - theta + np.pi) % (2 * np.pi) - np.pi)
+    assert np.all(apart <= pair.spread(s, np.array(radius)) + 1e-12)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_decided_of_a_ball_holds_in_all_of_it(seed):
+    rng = np.random.default_rng(seed)
+    workspace = Workspace(example("two_link").asked)
+    sheets = Sheets(workspace, (-1.0,))
+    middle = rng.uniform([1.5, -1], [4, 2], (300, 2))
+    radius = 10 ** rng.uniform(-3, -0.5, 300)
+    decided = sheets.decide(middle, radius)
+    turn = rng.uniform(0, 2 * np.pi, (300, 40))
+    around = middle[:, None] + (radius * np.sqrt(rng.uniform(0, 1, (40, 300)))).T[..., None] * np.stack(
+        [np.cos(turn), np.sin(turn)], axis=-1
+    )
+    slack = sheets.slack(around)
+    assert np.all(slack[decided == FREE] >= 0)
+    assert np.all(slack[decided == BLOCKED] <= 0)
+    assert np.any(decided == FREE)
+    assert np.any(decided == BLOCKED)
+
+
+def test_gaps_leave_out_only_what_is_blocked():
+    workspace = Workspace(example("two_link").asked)
+    sheets = Sheets(workspace, (-1.0,))
+    for x in (2.6, 2.9, 3.2, 3.6):
+        gaps = sheets.gaps(np.array([x, 0.0]), np.array([0.0, 1.0]), -4.0, 4.0, 1e-8)
+        y = np.linspace(-4, 4, 20_001)
+        free = sheets.slack(np.stack([np.full_like(y, x), y], axis=-1)) >= 0
+        inside = np.any([(y >= low) & (y <= high) for low, high in gaps], axis=0)
+        assert np.all(inside[free])
+        assert np.mean(inside) - np.mean(free) < 1e-3
+        assert len(gaps) == {2.6: 1, 2.9: 2, 3.2: 2, 3.6: 2}[x]
+
+
+def test_two_link_example_is_solved_from_its_workspace(two_link):
+    plan = two_link
+    assert plan.status == "solved"
+    assert plan.clearance >= 0
+    assert plan.gap <= 1e-4
+    assert plan.peak == pytest.approx(0.50042, abs=5e-5)
+    (contact,) = plan.contacts
+    assert (contact.link, contact.obstacle) == (1, 0)
+    assert contact.along == pytest.approx(1, abs=1e-9)
+    assert contact.at == pytest.approx((5.478, -0.306), abs=1e-9)
+    assert plan.obstacle_times == pytest.approx([3.1227], abs=1e-3)
+    assert plan.position(plan.obstacle_times[0]) == pytest.approx((2.82, 1.3), abs=1e-3)
+    assert plan.joints.chain.tip(plan.joints.absolute(plan.maneuver.duration)) == pytest.approx((7.0394, 0.5228))
+
+
+def test_stated_clearance_is_a_bound_and_close(two_link):
+    workspace, path = Workspace(two_link.maneuver), two_link.joints
+    world = shapely.union_all([shapely.Polygon(block.vertices) for block in two_link.maneuver.obstacles])
+    points = path.chain.joints(path.absolute(np.linspace(0, 5, 200_001)))
+    near = min(float(np.min(shapely.distance(shapely.linestrings(points[:, k : k + 2]), world))) for k in (0, 1))
+    found = link_clearance(workspace, path)
+    assert found.least <= near <= found.least + 1e-5 * workspace.size
+    assert two_link.clearance == found.least
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_free_motion_beats_the_bound(two_link, seed):
+    """Motions by way of random places at random times, kept out of everything node by node."""
+    rng = np.random.default_rng(seed)
+    (passage,) = passages(Workspace(two_link.maneuver))
+    places = rng.uniform([2.2, 0.4], [3.1, 1.6], (12, 2))
+    slack = passage.sheets.slack(places)
+    via = places[np.argmax(slack > 0)]
+    past = passage.maneuver.past([pm.Wall(tip=tuple(via), contact="touch")])
+    found = Course(passage, past, pm.Disc(), 40).free(rng.uniform(0.4, 0.7, 1))
+    if found is not None:
+        assert found.peak >= two_link.lower_bound
+
+
+def test_a_path_to_an_edge_comes_in_over_its_segments():
+    """Of random curves to a place on either edge each crosses a segment of the arc that it ends on."""
+    (passage,) = passages(Workspace(small()))
+    chain, rng = passage.workspace.chain, np.random.default_rng(0)
+    first = np.array(passage.maneuver.start.position) - chain.base
+    inner, outer = 0.6 * np.hypot(*first), 1.3 * np.hypot(*first)
+    chain = Chain(chain.base, np.array([inner + outer, 1]), chain.mass, chain.com, chain.inertia, chain.half_width, 0)
+    for edge, radius in (("outer", passage.workspace.chain.reach[1]), ("inner", passage.workspace.chain.reach[0])):
+        for _ in range(60):
+            a = rng.uniform(-np.pi, np.pi)
+            b = a + rng.uniform(0.05, 1.0)
+            branches = [Turned(edge, (a, b), k) for k in range(2 if edge == "inner" else 1)]
+            if not passage._must_come_in(branches[0]):
+                continue
+            end = radius * np.array([np.cos(x := rng.uniform(a, b)), np.sin(x)])
+            s = np.linspace(0, 1, 4001)[:, None]
+            rho = np.clip(
+                np.hypot(*first) + s * (radius - np.hypot(*first)) + rng.normal() * 0.3 * s * (1 - s),
+                *passage.workspace.chain.reach,
+            )
+            turn = np.arctan2(first[1], first[0]) * (1 - s) + np.arctan2(end[1], end[0]) * s
+            curve = shapely.LineString(np.hstack([rho * np.cos(turn), rho * np.sin(turn)]))
+            segments = []
+            for branch in branches:
+                wall = passage._opening(branch)
+                tip = np.array(wall.tip) - chain.base
+                along = -np.array(wall.direction) / np.hypot(*wall.direction)
+                segments.append(shapely.LineString([tip, tip + wall.opening * along]))
+            assert any(curve.distance(segment) < 1e-3 for segment in segments)
+
+
+def test_the_elbow_turns_over_where_only_that_helps():
+    blocked = small(goal=pm.Pose(tip=(1.2, 0.9), elbow="either"), obstacles=[TABLE])
+    plan = pm.solve(blocked)
+    assert plan.status == "solved"
+    (at,) = plan.elbow_changes
+    assert plan.gap < 0.01
+    reach = plan.joints.chain.reach
+    r, v = plan.position(at), plan.velocity(at)
+    assert np.min(np.abs(np.hypot(*r) - reach)) < 1e-9
+    assert abs(r @ v) < 1e-9 * np.hypot(*v) + 1e-9
+    assert np.sign(plan.angles(0.0)[1]) == -np.sign(plan.angles(2.0)[1])
+    assert pm.verify(plan.to_json()).passed
+    with pytest.raises(pm.SpecError, match=r"obstacles\[0\]: was touched by the arm at the goal"):
+        small(goal=pm.Pose(tip=(1.2, 0.9), elbow="up"), obstacles=[TABLE])
+
+
+def test_a_change_of_elbow_is_not_taken_where_keeping_it_is_cheaper():
+    plan = pm.solve(small(goal=pm.Pose(tip=(1.2, 0.9), elbow="either")))
+    assert plan.status == "solved"
+    assert plan.elbow_changes == ()
+    assert plan.gap < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"goal": pm.Pose(tip=(3, 0), elbow="up")}, r"^goal.tip: was \[3.0, 0.0\], must be 0 to 2 m from the base"),
+        ({"goal": pm.Pose(joints=(0, 0, 0))}, r"^goal.joints: was 3 angles, must be 2"),
+        (
+            {"obstacles": [pm.Block(vertices=[(1.1, -0.7), (1.3, -0.7), (1.3, -0.5), (1.1, -0.5)])]},
+            r"^obstacles\[0\]: was touched by the arm at the start",
+        ),
+        (
+            {"obstacles": [pm.Block(vertices=[(3, 3), (4, 3), (4, 4)], side="left")]},
+            r"^obstacles\[0\].side: was 'left', must be left out",
+        ),
+    ],
+)
+def test_impossible_tasks_are_refused_in_one_line(changes, words):
+    with pytest.raises(pm.SpecError, match=words):
+        small(**changes)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        ({"elbow": "up"}, "tip: was missing"),
+        ({"joints": (0, 1), "tip": (1, 1)}, "tip: was given beside joints"),
+        ({"joints": (0, 1), "elbow": "up"}, "elbow: was 'up', must be left out"),
+    ],
+)
+def test_poses_are_joints_or_a_tip(data, words):
+    with pytest.raises(pm.SpecError, match=words):
+        pm.Pose(**data)
+
+
+def test_a_peak_below_the_bound_is_proved_infeasible():
+    plan = pm.solve(small(max_peak=0.1))
+    assert plan.status == "infeasible"
+    assert plan.lower_bound > 0.1
+    assert pm.verify(plan.to_json()).passed
+
+
+def test_limits_of_joints_are_reported():
+    links = [pm.Link(**ROD, max_speed=0.1), pm.Link(**ROD, limits=(-1.0, 0.0))]
+    plan = pm.solve(small(arm=pm.Arm(links=links)))
+    assert plan.status == "unknown"
+    assert [one.split(":")[0] for one in plan.exceeded] == ["arm.links[0].max_speed", "arm.links[1].limits"]
+
+
+@pytest.mark.parametrize("name", ["two_link", "three_link"])
+def test_the_base_feels_the_planned_force(name, request):
+    plan = request.getfixturevalue(name)
+    found = simulate(plan)
+    assert found.felt_peak == pytest.approx(found.planned_peak, rel=0.005)
+    assert found.error <= 0.01
+    assert found.drift < 1e-3
+
+
+def test_the_simulation_can_disagree(three_link):
+    """Torques of another arm drive it elsewhere."""
+    path = three_link.joints
+    chain = path.chain
+    heavy = Chain(chain.base, chain.length, chain.mass, chain.com, chain.inertia * 1.5, chain.half_width, chain.payload)
+    object.__setattr__(path, "chain", heavy)
+    try:
+        torques = three_link.torques(np.array([0.5]))
+    finally:
+        object.__setattr__(path, "chain", chain)
+    assert np.max(np.abs(torques - three_link.torques(np.array([0.5])))) > 1e-3
+
+
+def test_three_links_follow_the_best_path(three_link):
+    plan = three_link
+    assert plan.status == "solved"
+    assert plan.gap < 1e-6
+    assert plan.clearance > 0
+    assert plan.angles(0.0) == pytest.approx((0.2, 1.3, 0.9), abs=1e-9)
+    assert plan.angles(2.0) == pytest.approx((1.1, 0.5, -0.6), abs=1e-9)
+    t = np.linspace(0, 2, 999)
+    assert plan.joints.chain.centre(plan.joints.absolute(t)) == pytest.approx(plan.position(t), abs=1e-12)
+    assert pm.verify(plan.to_json()).passed
+
+
+def test_speeds_are_derivatives(three_link):
+    path, h = three_link.joints, 1e-5
+    t = np.linspace(0.05, 1.95, 33)
+    _, first, second = path.rates(t)
+    away = np.abs(t - 1) > 0.01  # where the control switches
+    change = (path.absolute(t + h) - path.absolute(t - h)) / (2 * h)
+    assert change[away] == pytest.approx(first[away], abs=1e-7)
+    change = (path.rates(t + h)[1] - path.rates(t - h)[1]) / (2 * h)
+    assert change[away] == pytest.approx(second[away], abs=1e-6)
+
+
+def test_what_it_saves(two_link):
+    rows = {row.name: row for row in compare(two_link)}
+    assert set(rows) == {"least peak", "joint quintic", "minimum jerk", "smooth C2, tuned"}
+    assert all(row.ratio >= 1 for row in rows.values())
+    assert rows["least peak"].peak < rows["smooth C2, tuned"].peak < rows["minimum jerk"].peak
+    assert rows["joint quintic"].clearance < 0
+
+
+def changed(plan, change):
+    data = json.loads(plan.to_json())
+    change(data)
+    return json.dumps(data)
+
+
+def _control(data):
+    data["acceleration"][40][0] += 1e-3
+
+
+def _multiplier(data):
+    data["proof"][0]["kept"]["children"][0]["leaves"][0]["multipliers"][0][0] *= 1.5
+
+
+def _child(data):
+    children = data["proof"][0]["kept"]["children"]
+    children[1] = None
+
+
+def _arc(data):
+    del data["proof"][0]["touching"][0]
+
+
+def _pose(data):
+    data["spec"]["maneuver"]["goal"]["tip"][0] -= 1e-3
+
+
+def _table(data):
+    data["spec"]["maneuver"]["obstacles"][0]["vertices"][0][1] += 1e-3
+
+
+def _changes(data):
+    data["path"]["changes"] = [2.5]
+
+
+@pytest.mark.parametrize("change", [_control, _multiplier, _child, _arc, _pose, _table, _changes])
+@pytest.mark.parametrize("signed", [False, True])
+def test_changed_files_are_refused(two_link, change, signed):
+    from peakmin.document import digest
+
+    data = json.loads(changed(two_link, change))
+    if signed:
+        data["digest"] = digest(data)
+    assert not pm.verify(json.dumps(data)).passed
+
+
+def test_a_file_gives_the_plan_back(two_link):
+    again = pm.ArmPlan.from_json(two_link.to_json())
+    assert again.to_json() == two_link.to_json()
+    assert pm.verify(two_link.to_json()).passed
+
+
+def test_figures_and_animation(two_link):
+    from peakmin.arm.plots import animate, figures
+
+    drawn = figures(two_link)
+    assert set(drawn) == {"plan", "poses", "joint_angles", "path", "base_force", "peak_over_time"}
+    for figure in drawn.values():
+        assert all(ax.get_xlabel() and ax.get_ylabel() for ax in figure.axes)
+    assert animate(two_link, frames=3)[:6] == b"GIF89a"
+
+
+def test_the_terminal_solves_verifies_simulates(tmp_path, capsys, monkeypatch):
+    from peakmin import cli
+    from peakmin.arm import plots
+
+    monkeypatch.setattr(plots, "FRAMES", 2)
+    monkeypatch.setattr(plots.animate, "__defaults__", (2,))
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stopped:
+            cli.main([str(a) for a in arguments])
+        return stopped.value.code or 0, capsys.readouterr()
+
+    status, said = run("solve", EXAMPLES / "two_link.json", "--out", tmp_path)
+    assert status == 0
+    assert "link 2 (its end) at obstacles[0] (5.4780, -0.3060)" in said.out
+    assert {"plan.json", "plan.csv", "plan.png", "poses.png", "arm.gif"} <= {file.name for file in tmp_path.iterdir()}
+    assert run("verify", tmp_path / "plan.json")[0] == 0
+    status, said = run("simulate", tmp_path / "plan.json", "--json")
+    assert status == 0
+    found = json.loads(said.out)
+    assert found["simulated_peak"] == pytest.approx(found["planned_peak"], rel=0.005)
+    status, said = run("compare", EXAMPLES / "general_problem.json")
+    assert (status, said.err) == (2, "peakmin: arm: was missing, must be given for `compare`\n")
