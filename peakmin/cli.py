@@ -171,9 +171,16 @@ def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
 
 
 @app.command("schema")
-def schema_command() -> None:
+def schema_command(
+    arm: Annotated[bool, typer.Option("--arm", help="Of a spec file with an arm.")] = False,
+) -> None:
     """The JSON Schema of a spec file."""
-    print(json.dumps(schema(), indent=2))
+    if arm:
+        from .arm.spec import ArmSpec
+
+        print(json.dumps(ArmSpec.model_json_schema(), indent=2))
+    else:
+        print(json.dumps(schema(), indent=2))
 
 
 def _describe(plan: Plan) -> str:

@@ -94,9 +94,11 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float) 
         if motion is None:
             return plan
         path = JointPath(workspace.chain, motion, (0, 1), passage.elbow, (), None, passage.theta[0])
+        times = least.place(times) * past.duration
         peak = max(peak_of(bracket, settings.circle) * least.mass.unit, motion.peak())
         plan = finished(workspace, settings, past, times, path, peak, found.proof, _made(settings, found, began, least))
-        assert plan.clear is not None
+        if plan.clear is None:
+            return plan
         short = max(workspace.maneuver.margin - plan.clear.least, -plan.clear.within)
         if plan.status == "solved" or not short > 0 or not best.paths:
             break
