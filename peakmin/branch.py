@@ -26,8 +26,8 @@ WORTH_A_DESCENT = 1e-9  # relative improvement of the best peak after which loca
 MOST_MOVES = 4  # optima looked at in one box
 IDLE = 1e-4  # of the largest multiplier: below it a wall is tried without
 COARSE = tuple((k + 0.5) / 7 for k in range(7))  # times tried where one box does not prove the rest
-DESCENTS = 3
-NEAR, MOST_TRIALS = 0.02, 300  # of the duration; how far and how often is looked around the best times
+DESCENTS = 5
+NEAR, MOST_TRIALS = 0.02, 200  # of the duration; how far and how often is looked around the best times
 ROOM = 1e-3  # least distance of the times that a search starts from
 EDGE = 0.1  # of a box: how far around a place its times are looked for, so as not to end on a side
 WORTH_A_MOVE = 1e-4  # relative improvement of a box's bound after which another one is
@@ -145,9 +145,12 @@ def _polished(mass: PointMass, best: Extremal, at: Array) -> tuple[Extremal, Arr
             best, at = here, times.copy()
         return here.upper if math.isfinite(here.upper) else 1e9
 
-    simplex = at + np.vstack([np.zeros(mass.walls), NEAR * np.eye(mass.walls)])
-    options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxfev": MOST_TRIALS}
-    minimize(value, at, method="Nelder-Mead", options=options)
+    # each time is moved with all later ones: times that nearly coincide stay in order
+    together = np.triu(np.ones((mass.walls, mass.walls)))
+    for _ in range(2):
+        simplex = at + NEAR * np.vstack([np.zeros(mass.walls), together])
+        options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxfev": MOST_TRIALS}
+        minimize(value, at, method="Nelder-Mead", options=options)
     return best, at
 
 
