@@ -400,3 +400,59 @@ def test_the_terminal_solves_verifies_simulates(tmp_path, capsys, monkeypatch):
     assert found["simulated_peak"] == pytest.approx(found["planned_peak"], rel=0.005)
     status, said = run("compare", EXAMPLES / "general_problem.json")
     assert (status, said.err) == (2, "peakmin: arm: was missing, must be given for `compare`\n")
+
+
+def equal_shares():
+    """Both links carry the same share of the centre of mass: folded, it is at the base, and joint 1 is free there."""
+    return pm.Arm(links=[pm.Link(length=1, mass=1, com=0.5), pm.Link(length=2, mass=1, com=1.5)])
+
+
+def test_the_bound_knows_of_motions_through_the_base():
+    """Straight through the base the elbow turns over in the folded arm: peak 4 D / T^2."""
+    d, e = np.pi - 0.6, np.pi + 0.6
+    start, goal = pm.Pose(joints=(np.pi / 2 - d / 2, d)), pm.Pose(joints=(np.pi / 2 - e / 2, e))
+    plan = pm.solve(pm.ArmManeuver(arm=equal_shares(), start=start, goal=goal, duration=1.0))
+    chain = Chain.of(equal_shares())
+    way = np.hypot(*(chain.centre(np.cumsum(start.joints)) - chain.centre(np.cumsum(goal.joints))))
+    assert plan.lower_bound <= 4 * way * (1 + 1e-9)
+    assert plan.status == "solved"
+
+
+@pytest.mark.parametrize("more", [0.0, 4e-4])
+def test_joints_do_not_jump_over_the_base(more):
+    arm = pm.Arm(links=[pm.Link(length=1, mass=1), pm.Link(length=2, mass=1, com=1.5 + more)])
+    pair = Pair(*Chain.of(arm).c)
+    ends = [pair.angles(np.array([x, 0.0]), 1.0) for x in (1.1, -0.6)]
+    poses = [pm.Pose(joints=(a, b - a)) for a, b in ends]
+    plan = pm.solve(pm.ArmManeuver(arm=arm, start=poses[0], goal=poses[1], duration=1.0))
+    assert plan.status == "solved"
+    theta = plan.joints.absolute(np.linspace(0, 1, 100_001))
+    assert np.max(np.abs(np.diff(theta, axis=0))) < 0.05
+    assert plan.gap < 1e-3
+
+
+def test_start_at_the_goal_is_no_motion():
+    plan = pm.solve(small(goal=pm.Pose(tip=(1.2, -0.6), elbow="up")))
+    assert (plan.status, plan.peak, plan.lower_bound) == ("solved", 0.0, 0.0)
+
+
+@pytest.mark.parametrize("elbow", ["up", "down"])
+def test_forged_changes_of_elbow_are_refused(elbow):
+    from peakmin.document import digest
+
+    plan = pm.solve(small(goal=pm.Pose(tip=(1.2, 0.9), elbow=elbow)))
+    data = json.loads(plan.to_json())
+    data["path"]["changes"] = [0.5, 1.0] if elbow == "up" else [plan.elbow_changes[0] - 0.1]
+    data["joints"] = pm.ArmPlan.from_json(json.dumps(data)).document()["joints"]
+    data["digest"] = digest(data)
+    found = pm.verify(json.dumps(data))
+    assert any("a joint jumps" in one for one in found.problems)
+
+
+def test_full_turns_of_the_start_count():
+    links = [pm.Link(**ROD, limits=(-1, 2)), pm.Link(**ROD)]
+    start, goal = pm.Pose(joints=(0.2 + 2 * np.pi, 1.0)), pm.Pose(joints=(1 + 2 * np.pi, 0.7))
+    plan = pm.solve(small(arm=pm.Arm(links=links), start=start, goal=goal))
+    assert plan.status == "unknown"
+    assert plan.angles(0.0) == pytest.approx(start.joints)
+    assert plan.exceeded[0].startswith("arm.links[0].limits")

@@ -30,10 +30,19 @@ from .workspace import Sheets
 
 TRIES = 14  # of cutting off
 FIRST_ROOM = 3e-6  # of the arm: asked more than needed at first
+WIDE, WORTH = 0.3, 1e-3  # of the arm: what counts as near to a node; relative gain worth another round
+CLOSE = 1e-3  # of the arm: how close to its base a folded arm comes at most on such a course
 STEP = 1e-6  # of the arm: for the slope of a clearance
 RADIUS = 1e-7  # of the reach: by which the outer edge is drawn in, for what bends outwards between nodes
 
 Cut = tuple[int, Array, float]  # node, n, c: n . r >= c [m]
+
+
+def resampled(motion: HoldTrajectory, edges: Array) -> HoldTrajectory:
+    """About the same motion with other holds, whose ends are given as fractions of the duration."""
+    nodes = edges * motion.nodes[-1]
+    control = np.diff(motion.velocity(nodes), axis=0) / np.diff(nodes)[:, None]
+    return HoldTrajectory(nodes, control, motion.start_position, motion.start_velocity)
 
 
 @dataclass(frozen=True)
@@ -52,7 +61,8 @@ class Steered:
 
     def finer(self, steps: int) -> Steered | None:
         """The same with so many holds."""
-        return replace(self.course, steps=steps).free(self.times)
+        course = replace(self.course, steps=steps)
+        return course.around(self.times, resampled(self.motion, course.edges(self.times))) or course.free(self.times)
 
 
 @dataclass(frozen=True)
@@ -85,7 +95,7 @@ class Course:
             if motion is not None:
                 path = self.joints(motion, times)
                 clear = link_clearance(self.passage.workspace, path)
-                short = max(self.passage.workspace.maneuver.margin - clear.least, -clear.within)
+                short = clear.short(self.passage.workspace.maneuver, size)
                 if short <= 0:
                     return Steered(self, times, motion, path)
                 cuts = self._cuts(motion, times, room + 0.02 * size)
@@ -95,6 +105,35 @@ class Course:
             if motion is None:
                 return None
         return None
+
+    def around(self, times: Array, first: HoldTrajectory, found: Steered | None = None) -> Steered | None:
+        """The best free motion that solving again and again past what the nodes are near to leads to; None if none.
+
+        Each time the half-planes are those of the motion before, which lies in all of them.
+
+        Args:
+            first: a motion on the same grid that is free or nearly;  found: the best that is known.
+        """
+        size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
+        for _ in range(TRIES):
+            cuts = [(k, n, c + room) for k, n, c in self._cuts(first, times, WIDE * size)]
+            motion = self.solve(times, cuts)
+            if motion is None:
+                return found
+            path = self.joints(motion, times)
+            clear = link_clearance(self.passage.workspace, path)
+            short = clear.short(self.passage.workspace.maneuver, size)
+            if short > 0:
+                room += 1.3 * short
+            elif found is None or motion.peak() < (1 - WORTH) * found.peak:
+                first, found = motion, Steered(self, times, motion, path)
+            else:
+                return found
+        return found
+
+    def edges(self, times: Array) -> Array:
+        """Ends of the holds [scaled], (steps+1,)."""
+        return Aligned(steps=self.steps).edges(times)
 
     def joints(self, motion: HoldTrajectory, times: Array) -> JointPath:
         """The joints' motion, which turns the elbow over where that is asked for."""
@@ -111,9 +150,12 @@ class Course:
         signs = path.elbows(motion.nodes)
         out: list[Cut] = []
         s = r - workspace.chain.base
-        rho = np.hypot(*s.T)
+        rho, inner = np.hypot(*s.T), max(inner, CLOSE * workspace.size)
         for k in np.flatnonzero(rho < inner + near):
-            n = s[k] / rho[k]
+            n = s[k] / (rho[k] or 1.0)
+            if np.min(rho) < CLOSE * workspace.size:  # over the base: to one side of it
+                v = motion.node_velocity[np.argmin(rho)]
+                n = np.array([-v[1], v[0]]) / (np.hypot(*v) or 1.0)
             out.append((int(k), n, inner + float(n @ workspace.chain.base)))
         if not workspace.maneuver.obstacles:
             return out
@@ -135,8 +177,7 @@ class Course:
     def solve(self, times: Array, cuts: list[Cut]) -> HoldTrajectory | None:
         """The motion of least peak at these times with these cuts; None where the solver finds none."""
         mass, chain = self.mass, self.passage.workspace.chain
-        grid = Aligned(steps=self.steps)
-        edges = grid.edges(times)
+        edges = self.edges(times)
         problem = HoldProblem(mass, self.circle, times, edges)
         v, kappa = cp.Variable((len(edges) - 1, 2)), cp.Variable()
         b, rows = mass.targets(times), problem.rows

@@ -14,8 +14,9 @@ from ..document import COSTATE_ARRAYS, array, digest, leaves_of, listed_leaves, 
 from ..errors import SpecError
 from ..obstacles import Wall
 from ..plan import Made
-from ..spec import Maneuver, State
+from ..spec import Maneuver
 from ..trajectory import HoldTrajectory, Trajectory
+from .clearance import link_clearance
 from .joints import JointPath
 from .passage import Line, Order, Passage, passages
 from .plan import ArmPlan
@@ -39,6 +40,7 @@ def of(plan: ArmPlan) -> dict[str, Any]:
         "version": 1,
         "kind": "arm",
         "status": plan.status,
+        "indices": list(plan.indices),
         "peak": plan.peak if math.isfinite(plan.peak) else None,
         "lower_bound": plan.lower_bound if math.isfinite(plan.lower_bound) else None,
         "gap": plan.gap,
@@ -65,8 +67,6 @@ def of(plan: ArmPlan) -> dict[str, Any]:
             "pair": list(path.pair),
             "elbow": path.elbow,
             "changes": list(path.changes),
-            "start": path.start.tolist(),
-            "ends": [list(motion.position(x)) for x in (0.0, path.duration)] if motion else [],
             "others": None if path.others is None else [path.others.x.tolist(), path.others(path.others.x).tolist()],
         }
     data["digest"] = digest(data)
@@ -115,33 +115,32 @@ def _plan(data: dict[str, Any]) -> ArmPlan:
     proof = ArmProof(tuple(_passage_of(one, known) for one in data["proof"]))
     walls = tuple(Wall(**wall) for wall in data["walls"])
     motion, path, clear = None, None, None
-    first = next(iter(known.values())).maneuver
+    chosen = known[tuple(data["indices"])]
     if "path" in data:
         made = data["path"]
-        ends = [State(position=tuple(array(end, (2,)).tolist())) for end in made["ends"]]
-        first = Maneuver(start=ends[0], goal=ends[1], duration=first.duration, mass=first.mass, max_peak=first.max_peak)
-        motion = _motion(data, first)
+        motion = _motion(data, chosen.maneuver)
         links, pair = workspace.chain.links, tuple(made["pair"])
         if len(pair) != 2 or not all(type(k) is int and 0 <= k < links for k in pair) or pair[0] >= pair[1]:
             raise ValueError("a pair of links is none")
         others = None
         if links > 2:
             knots, values = array(made["others"][0]), array(made["others"][1])
+            if knots[0] != 0 or knots[-1] != spec.maneuver.duration or np.any(np.diff(knots) <= 0):
+                raise ValueError("knots do not go from the start to the end")
             others = CubicSpline(knots, values.reshape(len(knots), links - 2), bc_type="clamped")
         if made["elbow"] not in (-1.0, 1.0):
             raise ValueError("an elbow is neither -1 nor 1")
         changes = tuple(array(made["changes"]).ravel().tolist())
-        path = JointPath(
-            workspace.chain, motion, pair, float(made["elbow"]), changes, others, array(made["start"], (links,))
-        )
-        from .clearance import link_clearance
-
+        if np.any(np.diff([0.0, *changes, spec.maneuver.duration]) <= 0):
+            raise ValueError("changes of elbow are not in order between start and end")
+        path = JointPath(workspace.chain, motion, pair, float(made["elbow"]), changes, others, chosen.theta[0])
         clear = link_clearance(workspace, path)
     return ArmPlan(
         spec.asked,
         spec.settings,
         data["status"],
-        first.past(walls),
+        chosen.indices,
+        chosen.maneuver.past(walls),
         array(data["obstacle_times"], (len(walls),)),
         path,
         clear,

@@ -129,6 +129,15 @@ class JointPath:
         second[..., [i, j]] = solve(self.motion.acceleration(t) + inward - taken)
         return theta, first, second
 
+    def bend(self, low: Array, high: Array) -> Array:
+        """A bound on |s''| on each interval [m/s^2], shape (m,): |r''| + sum c_k (theta_k'^2 + |theta_k''|)."""
+        out = np.full(len(low), self.motion.peak())
+        for column, k in enumerate(self.rest):
+            assert self.others is not None
+            turned = np.maximum(*np.abs(self.others(np.stack([low, high]), 2)[..., column]))
+            out = out + self.chain.c[k] * (self._fastest(low, high, column) ** 2 + turned)
+        return out
+
     def spread(self, low: Array, high: Array) -> Array:
         """How far the angles can be from those at the middle of [low, high] [s], shape (m,) -> (m, n) [rad]."""
         middle, half = (low + high) / 2, (high - low) / 2

@@ -75,7 +75,7 @@ class Passage:
     @property
     def edges(self) -> list[Edge]:
         """The circles on which an elbow can turn over."""
-        return ["outer", "inner"] if self.workspace.chain.reach[0] > 0 else ["outer"]
+        return ["outer", "inner"]
 
     @property
     def keeps(self) -> bool:
@@ -152,8 +152,10 @@ class Passage:
         return self.maneuver.past([wall for wall in walls if wall is not None])
 
     def _opening(self, branch: Turned) -> Wall:
-        """The segment that a path to this arc comes in over: its chord, or a tangent up to where both meet."""
+        """What a path to this arc comes in over: its chord, or a tangent up to where both meet, or the base."""
         (a, b), (inner, outer) = branch.arc, self.workspace.chain.reach
+        if branch.edge == "inner" and inner == 0:
+            return Wall(tip=self.workspace.chain.base, contact="touch")
         if branch.edge == "outer":
             first, last = outer * unit(a), outer * unit(b)
         else:
@@ -168,7 +170,9 @@ class Passage:
         room = 1e-12 * self.workspace.size
         for state in (self.maneuver.start, self.maneuver.goal):
             s = np.array(state.position) - self.workspace.chain.base
-            if branch.edge == "outer":
+            if branch.edge == "inner" and inner == 0:
+                outside = math.hypot(*s) > room
+            elif branch.edge == "outer":
                 outside = float(unit((a + b) / 2) @ s) < outer * math.cos((b - a) / 2) - room
             else:
                 turned = abs((math.atan2(s[1], s[0]) - (a + b) / 2 + math.pi) % (2 * math.pi) - math.pi)

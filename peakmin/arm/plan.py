@@ -35,6 +35,7 @@ class ArmPlan:
 
     status: "solved" (checked, free of the obstacles, within reach and limits), "infeasible" (proved: every motion
         exceeds `max_peak`) or "unknown".
+    indices: which of the configurations that start and goal allow, in the order up, down.
     crossing: the centre of mass's maneuver past the walls that the obstacles make, in the order of
         `obstacle_times` [s], shape (q,).
     joints: the joints' motion, None where there is none.
@@ -45,6 +46,7 @@ class ArmPlan:
     maneuver: ArmManeuver
     settings: Settings
     status: Status
+    indices: tuple[int, int]
     crossing: Maneuver
     obstacle_times: Array
     joints: JointPath | None

@@ -28,7 +28,7 @@ from .tree import BOXES, PATIENCE, WORTH, Candidate, Tree
 from .turn import turn_on
 from .workspace import Workspace
 
-ARCS = 6  # of each edge at first
+ARCS, FEWEST = 6, 3  # of each edge at first
 FINEST_GAP = 1e-5  # what lifts and clearances of paths leave of any smaller one
 NARROW = 1e-3  # rad: an arc is not split further
 MOST_TURNS = 2  # motions with a change of elbow that are looked for on one edge
@@ -141,8 +141,12 @@ class ArmSearch:
         return found
 
     def _arcs(self, passage: Passage) -> list[_Arc]:
-        cuts = np.linspace(-math.pi, math.pi, ARCS + 1).tolist()
-        return [self._arc(passage, edge, arc) for edge in passage.edges for arc in itertools.pairwise(cuts)]
+        arcs = []
+        for edge in passage.edges:
+            point = edge == "inner" and self.workspace.chain.reach[0] == 0
+            cuts = np.linspace(-math.pi, math.pi, (FEWEST if point else ARCS) + 1).tolist()
+            arcs += [self._arc(passage, edge, arc) for arc in itertools.pairwise(cuts)]
+        return arcs
 
     def _arc(self, passage: Passage, edge: Edge, arc: tuple[float, float]) -> _Arc:
         """The paths that touch an arc."""
@@ -180,7 +184,8 @@ class ArmSearch:
         for arc in sorted(arcs, key=lambda arc: arc.bound):
             if arc.bound >= (1 - self.gap) * self.upper or time.perf_counter() > self._until:
                 return
-            if not arc.past.walls or tries[arc.proof.edge] >= MOST_TURNS:
+            point = arc.proof.edge == "inner" and self.workspace.chain.reach[0] == 0
+            if not arc.past.walls or point or tries[arc.proof.edge] >= MOST_TURNS:
                 continue
             tries[arc.proof.edge] += 1
             found = turn_on(self.workspace, passage, arc.proof.edge, arc.certificate, arc.past, self.circle)

@@ -18,7 +18,7 @@ from ..spec import GlobalSearch, Maneuver, Settings
 from .clearance import link_clearance
 from .course import Steered
 from .joints import JointPath
-from .passage import passages
+from .passage import Passage, passages
 from .plan import ArmPlan
 from .proof import ArmProof
 from .redundant import redundant
@@ -56,17 +56,10 @@ def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress:
     if made:
         return min(made, key=lambda plan: (plan.status != "solved", plan.peak))
     nothing = found.nearest
-    crossing = passages(workspace)[0].maneuver if nothing is None else nothing.past
-    return finished(
-        workspace,
-        settings,
-        crossing,
-        np.zeros(len(crossing.walls)),
-        None,
-        math.inf,
-        found.proof,
-        _made(settings, found, began),
-    )
+    passage = passages(workspace)[0] if nothing is None else nothing.passage
+    crossing = passage.maneuver if nothing is None else nothing.past
+    none, made_so = np.zeros(len(crossing.walls)), _made(settings, found, began)
+    return finished(workspace, passage, settings, crossing, none, None, math.inf, found.proof, made_so)
 
 
 def _made(settings: Settings, found: Found, began: float, least: LeastPeak | None = None) -> Made:
@@ -96,10 +89,12 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float) 
         path = JointPath(workspace.chain, motion, (0, 1), passage.elbow, (), None, passage.theta[0])
         times = least.place(times) * past.duration
         peak = max(peak_of(bracket, settings.circle) * least.mass.unit, motion.peak())
-        plan = finished(workspace, settings, past, times, path, peak, found.proof, _made(settings, found, began, least))
+        plan = finished(
+            workspace, passage, settings, past, times, path, peak, found.proof, _made(settings, found, began, least)
+        )
         if plan.clear is None:
             return plan
-        short = max(workspace.maneuver.margin - plan.clear.least, -plan.clear.within)
+        short = plan.clear.short(workspace.maneuver, workspace.size)
         if plan.status == "solved" or not short > 0 or not best.paths:
             break
         lift += max(1.3 * short, FIRST_LIFT * workspace.size)
@@ -119,11 +114,12 @@ def _steered(
     course = replace(one.course, circle=settings.circle.facing(Frame.from_maneuver(one.course.past).angle))
     fine = replace(one, course=course).finer(settings.grid.steps) or one
     at, made = fine.times * course.past.duration, _made(settings, found, began)
-    return finished(workspace, settings, course.past, at, fine.joints, fine.peak, found.proof, made)
+    return finished(workspace, course.passage, settings, course.past, at, fine.joints, fine.peak, found.proof, made)
 
 
 def finished(
     workspace: Workspace,
+    passage: Passage,
     settings: Settings,
     crossing: Maneuver,
     times: Array,
@@ -135,12 +131,15 @@ def finished(
     """The plan, solved only if its motion passes every check. Times [s], peak [m/s^2]."""
     bound, clear, limit = proof.bound(workspace.maneuver), None, workspace.maneuver.max_peak or math.inf
     kept = False
-    if path is not None and not check(crossing, path.motion, times, peak).passed:
+    ends = path is not None and begins(passage, path) and lands(workspace, path)
+    if path is not None and not (ends and check(crossing, path.motion, times, peak).passed):
         path, peak = None, math.inf
     if path is not None:
         clear = link_clearance(workspace, path)
-        kept = clear.least >= workspace.maneuver.margin and clear.within >= 0 and lands(workspace, path)
-    plan = ArmPlan(workspace.maneuver, settings, "unknown", crossing, times, path, clear, peak, bound, proof, made)
+        kept = clear.short(workspace.maneuver, workspace.size) == 0
+    plan = ArmPlan(
+        workspace.maneuver, settings, "unknown", passage.indices, crossing, times, path, clear, peak, bound, proof, made
+    )
     status: Status = "unknown"
     if kept and peak <= limit and not plan.exceeded:
         status = "solved"
@@ -149,16 +148,13 @@ def finished(
     return replace(plan, status=status)
 
 
-def begins(workspace: Workspace, path: JointPath) -> bool:
-    """Whether the motion begins in one of the start's configurations, up to full turns."""
-    return _is_in(path.absolute(0.0), postures(workspace.maneuver.arm, workspace.maneuver.start))
+def begins(passage: Passage, path: JointPath) -> bool:
+    """Whether the motion begins in the passage's start configuration, full turns included."""
+    return bool(np.max(np.abs(path.absolute(0.0) - passage.theta[0])) < LANDED)
 
 
 def lands(workspace: Workspace, path: JointPath) -> bool:
     """Whether the motion ends in one of the goal's configurations, up to full turns."""
-    return _is_in(path.absolute(path.duration), postures(workspace.maneuver.arm, workspace.maneuver.goal))
-
-
-def _is_in(theta: Array, wanted: list[tuple[float, ...]]) -> bool:
-    apart = [np.abs((theta - one + np.pi) % (2 * np.pi) - np.pi) for one in wanted]
+    wanted = postures(workspace.maneuver.arm, workspace.maneuver.goal)
+    apart = [np.abs((path.absolute(path.duration) - one + np.pi) % (2 * np.pi) - np.pi) for one in wanted]
     return min(float(np.max(one)) for one in apart) < LANDED

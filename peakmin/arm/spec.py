@@ -81,7 +81,8 @@ class Pose(Model):
     """A configuration at rest: joint angles, or where the tip is and how the elbow bends.
 
     Args:
-        joints: angle of every joint [rad], the first against the x axis, the others against the link before.
+        joints: angle of every joint [rad], the first against the x axis, the others against the link before. A goal is
+            reached up to full turns; limits are checked on the angles that the motion really has.
         tip: position of the tip [m], two links only.
         elbow: seen from the base towards the tip, "up" has the elbow on the left (joint 2 below zero), "down" on the
             right; "either" takes the better one.

@@ -40,8 +40,10 @@ def facts(plan: ArmPlan) -> str:
     if math.isfinite(plan.clearance):
         where = "" if plan.clearance >= plan.maneuver.margin else ": closer than asked"
         lines.append(f"  clearance       {plan.clearance:.6g} m of every link at every instant{where}")
-    if plan.clear is not None and plan.clear.within < 0:
+    if plan.clear is not None and plan.clear.within < -1e-6:
         lines.append(f"  reach           the path leaves it by {-plan.clear.within:.6g} m")
+    if plan.clear is not None and not plan.clear.steady:
+        lines.append("  joints          jump where the folded arm passes its base")
     lines += [f"  not kept        {one}" for one in plan.exceeded]
     if math.isinf(plan.lower_bound):
         lines.append("  closed          obstacles and reach leave no way from start to goal (proved)")

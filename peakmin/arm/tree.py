@@ -25,7 +25,7 @@ from ..moments import PointMass
 from ..spec import Maneuver
 from ..trajectory import Trajectory
 from .clearance import link_clearance
-from .course import Course, Steered
+from .course import Course, Steered, resampled
 from .joints import JointPath
 from .kinematics import unit
 from .lines import IDLE, SHALLOW, deepest, slid
@@ -119,8 +119,14 @@ class Tree:
     def _steer(self, node: Node) -> None:
         """A free motion around the node's, found in another way; kept where it is the best."""
         found = Course(self.passage, node.past, Disc(), COARSE).free(np.clip(node.certificate.times, 1e-3, 1 - 1e-3))
-        if found is not None and found.peak < self.upper:
-            self.steered = found
+        if found is None:
+            return
+        # the walls have shown the way; without them it can be better
+        alone, none = Course(self.passage, self.passage.maneuver, Disc(), COARSE), np.zeros(0)
+        other = alone.around(none, resampled(found.motion, alone.edges(none)))
+        best = found if other is None or other.peak > found.peak else other
+        if best.peak < self.upper:
+            self.steered = best
 
     def run(self, upper: float, stop: Callable[[], bool]) -> None:
         """Search until the gap to a peak that is known, or to the best found, is reached or comes down no more."""
@@ -136,8 +142,11 @@ class Tree:
             for child in self._expand(self.last, known):
                 self._push(child)
             known = min(known, self.upper)
-            left = 1 - min(self.lower, known) / known
+            left = 1 - min(self.lower, known) / known if known > 0 else 0.0
             stalled, gap = (0, left) if left < WORTH * gap else (stalled + 1, gap)
+
+        if self.passage.keeps and math.isinf(min(upper, self.upper)):
+            self._steer(self.last)
 
     def _push(self, node: Node | None) -> None:
         if node is not None:
@@ -273,7 +282,7 @@ class Tree:
             short = -float(np.min(slack))
             if short <= 0:
                 clear = link_clearance(self.workspace, self.joints(motion))
-                short = max(self.workspace.maneuver.margin - clear.least, -clear.within)
+                short = clear.short(self.workspace.maneuver, size)
                 if short <= 0:
                     self.best = Candidate(self.passage, node.order, lift, past, node.certificate.times, peak)
                     return

@@ -23,6 +23,8 @@ from .workspace import Workspace
 
 COARSE = 40  # holds of the programs that place and instant are looked for with
 MOST_TRIALS = 40
+MOST_FREED, APART = 4, np.array([0.05, 0.15])  # places and instants that are freed; how far apart
+GOOD = 0.05  # relative: a free motion so close to one that may hit things is enough
 ROOM = 0.02  # of the duration: least distance of the instant from the ends
 
 
@@ -62,7 +64,21 @@ def turn_on(
     simplex[:, 0] = np.clip(simplex[:, 0], 2 * ROOM, 1 - 2 * ROOM)
     options = {"initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-6, "maxfev": MOST_TRIALS}
     minimize(value, simplex[0], method="Nelder-Mead", options=options)
-    if not best:
-        return None
-    _, x = min(best, key=lambda one: one[0])
-    return course(float(x[1])).free(x[:1])
+    made: list[Steered] = []
+    tried: list[Array] = []
+    for _, x in sorted(best, key=lambda one: one[0]):
+        if len(tried) >= MOST_FREED or any(np.all(np.abs(x - other) < APART) for other in tried):
+            continue
+        tried.append(x)
+        here = course(float(x[1]))
+        found_free = here.free(x[:1])
+        if found_free is not None:
+            made.append(here.around(x[:1], found_free.motion, found_free) or found_free)
+            if made[-1].peak < (1 + GOOD) * best_of(best):
+                break
+    return min(made, key=lambda one: one.peak, default=None)
+
+
+def best_of(tried: list[tuple[float, Array]]) -> float:
+    """The least peak met, whatever its motion hits [m/s^2]."""
+    return min(peak for peak, _ in tried)

@@ -13,6 +13,7 @@ from ..document import digest
 from ..model import load
 from ..moments import PointMass
 from .document import of, read
+from .passage import passages
 from .plan import ArmPlan
 from .solve import begins, lands
 from .workspace import Workspace
@@ -40,11 +41,14 @@ def verify_arm(text: str | bytes) -> tuple[ArmPlan, float, list[str]]:
             found.append(f"walls: not crossed as stated, {result.walls:.2e} of the maneuver's size")
         if not result.peak <= 1e-12:
             found.append(f"peak: was stated as {plan.peak!r}, the control has {motion.peak()!r} m/s^2")
-        if not lands(workspace, path) or not begins(workspace, path):
+        (passage,) = [one for one in passages(workspace) if one.indices == plan.indices]
+        if not lands(workspace, path) or not begins(passage, path):
             found.append("joints: do not lead from the start's configuration to the goal's")
         assert plan.clear is not None
-        if plan.status == "solved" and not (plan.clear.least >= plan.maneuver.margin and plan.clear.within >= 0):
-            found.append("status: solved, but a link comes closer than the margin, or the path leaves what is in reach")
+        if plan.status == "solved" and plan.clear.short(plan.maneuver, workspace.size) > 0:
+            found.append(
+                "status: solved, but a link comes too close, the path leaves what is in reach, or a joint jumps"
+            )
         if plan.status == "solved" and plan.exceeded:
             found.append("status: solved, but joint limits or speeds are not kept")
         if plan.status == "solved" and not plan.peak >= plan.lower_bound * (1 - SAME):
