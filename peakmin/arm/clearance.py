@@ -14,7 +14,7 @@ from .workspace import Workspace
 FIRST = 200  # intervals looked at first
 FINE = 1e-6  # of the arm: to which the least distance is found
 EDGE = 1e-9  # of the arm: to which touching an edge of the annulus counts as staying within
-JUMP, HALVINGS = 0.05, 30  # rad between instants 2^-30 of a sample apart that count as a jump
+JUMP, HALVINGS = 0.05, 9  # rad between instants a millionth of the duration apart count as a jump
 UNSTEADY = 0.01  # of the arm: what a path whose joints jump is moved by
 MOST = 200_000  # intervals; where they do not do, the bound found so far is stated
 
