@@ -97,7 +97,7 @@ __all__ = [
 ]
 
 
-LATER = {  # what takes time to import, by its module
+_LATER = {  # what takes time to import, by its module
     "program": ("DirectProgram", "FeasibilityProgram"),
     "arm.spec": ("Arm", "ArmManeuver", "ArmSpec", "Link", "Pose"),
     "arm.plan": ("ArmPlan",),
@@ -107,7 +107,7 @@ LATER = {  # what takes time to import, by its module
 def __getattr__(name: str) -> Any:
     from importlib import import_module
 
-    for module, names in LATER.items():
+    for module, names in _LATER.items():
         if name in names:
             return getattr(import_module(f".{module}", __name__), name)
     raise AttributeError(f"module 'peakmin' has no attribute {name!r}")

@@ -8,7 +8,6 @@ Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved i
 from __future__ import annotations
 
 import json
-import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 from typer.exceptions import TyperException
 
-from . import files
+from . import files, words
 from .errors import PeakminError, SpecError
 from .model import read_file
 from .spec import Spec, schema
@@ -60,7 +59,7 @@ def solve_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
             plan = solve(asked.maneuver, asked.settings, progress=progress)
         if out:
             _write_plan(plan, out)
-        print(plan.to_json(indent=2) if as_json else _describe(plan))
+        print(plan.to_json(indent=2) if as_json else words.describe(plan))
         raise typer.Exit(EXIT[plan.status])
     from .arm import terminal
 
@@ -114,7 +113,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
         files.write(out / "sweep.csv", found.to_csv())
         if found.obstacle_times.ndim == 1:
             _save(out / "sweep.png", found)
-    print(found.to_json(indent=2) if as_json else _table(found))
+    print(found.to_json(indent=2) if as_json else words.table(found))
     raise typer.Exit(EXIT[found.best.status])
 
 
@@ -146,7 +145,7 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
         print(json.dumps({"verified": found.passed, **numbers, "problems": list(found.problems)}, indent=2))
     else:
         print("verified" if found.passed else "NOT as stated")
-        print(_facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
+        print(words.facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
         for problem in found.problems:
             print(f"  {problem}")
     raise typer.Exit(0 if found.passed else EXIT["unknown"])
@@ -181,67 +180,6 @@ def schema_command(
         print(json.dumps(ArmSpec.model_json_schema(), indent=2))
     else:
         print(json.dumps(schema(), indent=2))
-
-
-def _describe(plan: Plan) -> str:
-    search = plan.settings.search.kind
-    return _facts(plan) + (
-        f"\n  made by         {plan.made.solver}, search {search}, {plan.made.solves} solves of "
-        f"{plan.made.compilations} compiled programs, {plan.made.nodes} boxes, {plan.made.seconds:.2f} s"
-    )
-
-
-def _facts(plan: Plan) -> str:
-    times = ", ".join(f"{t:.6g} s" for t in plan.obstacle_times) or "none"
-    covered = "every obstacle time" if plan.scope == "all" else "these obstacle times only"
-    lines = [f"{plan.status}: peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N"]
-    limit = plan.maneuver.max_peak
-    if limit is not None and plan.status != "solved":
-        proved = "no control keeps it (proved)" if plan.status == "infeasible" else "not proved to be impossible"
-        lines.append(f"  max_peak        {limit:.9g} m/s²: {proved}")
-    lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for any control, over {covered}")
-    lines.append(f"  gap             {plan.gap:.2e} of the peak")
-    lines.append(f"  obstacle times  {times}")
-    if math.isfinite(plan.clearance):
-        where = (
-            ""
-            if plan.clearance >= plan.maneuver.margin
-            else ", closer than asked"
-            if plan.clearance >= 0
-            else ": inside"
-        )
-        lines.append(f"  clearance       {plan.clearance:.6g} m at every instant{where}")
-    if plan.status == "unknown" and plan.trajectory is not None and limit is None:
-        lines.append(
-            "  the best path found does not keep its obstacles, sides, region or speed; the bound holds all the same"
-        )
-    return "\n".join(lines)
-
-
-def _not_kept(plan: Plan) -> list[str]:
-    """What the path that was found does not keep of what was asked, in words."""
-    kept, asked, out = plan.keeping(), plan.maneuver, []
-    if asked.too_far:
-        out.append(f"max_speed {asked.max_speed:.6g} m/s: the straight way alone takes longer than the duration")
-    elif asked.max_speed is not None and kept.speed > asked.max_speed * (1 + 1e-9):
-        out.append(f"max_speed {asked.max_speed:.6g} m/s: this path reaches {kept.speed:.6g} m/s")
-    if kept.region < -1e-9:
-        out.append(f"region: this path leaves it by {-kept.region:.6g} m")
-    if kept.walls < 0:
-        out.append(f"walls: this path crosses one {-kept.walls:.6g} m below its tip")
-    if kept.blocks < 0:
-        out.append(f"blocks: this path comes {-kept.blocks:.6g} m too close, or passes one on the other side")
-    return out
-
-
-def _table(sweep: Sweep) -> str:
-    times = sweep.obstacle_times.reshape(len(sweep.peak), -1)
-    lines = ["  T_obs [s]" + " " * (10 * max(times.shape[1] - 1, 0)) + "   least M [m/s²]   lower end"]
-    for i, row in enumerate(times):
-        mark = "  <- least" if i == sweep.winner else ""
-        cells = " ".join(f"{t:9.4f}" for t in row) or " " * 9
-        lines.append(f"  {cells}   {sweep.peak[i]:14.6f}   {sweep.lower[i]:9.4f}{mark}")
-    return "\n".join([*lines, _describe(sweep.best)])
 
 
 def _write_plan(plan: Plan, out: Path) -> None:

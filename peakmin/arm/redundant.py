@@ -18,6 +18,7 @@ from ..least import LeastPeak
 from ..moments import PointMass
 from ..plan import Made, peak_of
 from ..spec import Settings
+from .finish import finished
 from .joints import JointPath, steadiest
 from .passage import passages
 from .plan import ArmPlan
@@ -32,8 +33,6 @@ ROOM = 0.005  # of the arm: a clearance below which it counts as not kept
 
 def redundant(workspace: Workspace, settings: Settings, began: float) -> ArmPlan:
     """The plan of an arm of at least three links; "unknown" where the links cannot be kept clear on this path."""
-    from .solve import finished
-
     passage = passages(workspace)[0]
     mass = PointMass.of(passage.maneuver)
     found = certify(mass, 1e-6)

@@ -8,26 +8,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Array
-from ..check import check
 from ..frame import Frame
 from ..least import LeastPeak
-from ..plan import Made, Status, peak_of
+from ..plan import Made, peak_of
 from ..progress import Progress
-from ..spec import GlobalSearch, Maneuver, Settings
-from .clearance import link_clearance
+from ..spec import GlobalSearch, Settings
 from .course import Steered
+from .finish import finished
 from .joints import JointPath
-from .passage import Passage, passages
+from .passage import passages
 from .plan import ArmPlan
-from .proof import ArmProof
 from .redundant import redundant
 from .search import ArmSearch, Found
-from .spec import ArmManeuver, check_arm, postures
+from .spec import ArmManeuver, check_arm
 from .tree import FIRST_LIFT, LIFTS, Candidate
 from .workspace import Workspace
-
-LANDED = 1e-5  # rad: close to a stretched arm angles go with the root of a distance
 
 
 def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress: Progress | None = None) -> ArmPlan:
@@ -115,46 +110,3 @@ def _steered(
     fine = replace(one, course=course).finer(settings.grid.steps) or one
     at, made = fine.times * course.past.duration, _made(settings, found, began)
     return finished(workspace, course.passage, settings, course.past, at, fine.joints, fine.peak, found.proof, made)
-
-
-def finished(
-    workspace: Workspace,
-    passage: Passage,
-    settings: Settings,
-    crossing: Maneuver,
-    times: Array,
-    path: JointPath | None,
-    peak: float,
-    proof: ArmProof,
-    made: Made,
-) -> ArmPlan:
-    """The plan, solved only if its motion passes every check. Times [s], peak [m/s^2]."""
-    bound, clear, limit = proof.bound(workspace.maneuver), None, workspace.maneuver.max_peak or math.inf
-    kept = False
-    ends = path is not None and begins(passage, path) and lands(workspace, path)
-    if path is not None and not (ends and check(crossing, path.motion, times, peak).passed):
-        path, peak = None, math.inf
-    if path is not None:
-        clear = link_clearance(workspace, path)
-        kept = clear.short(workspace.maneuver, workspace.size) == 0
-    plan = ArmPlan(
-        workspace.maneuver, settings, "unknown", passage.indices, crossing, times, path, clear, peak, bound, proof, made
-    )
-    status: Status = "unknown"
-    if kept and peak <= limit and not plan.exceeded:
-        status = "solved"
-    elif bound > limit or math.isinf(bound):
-        status = "infeasible"
-    return replace(plan, status=status)
-
-
-def begins(passage: Passage, path: JointPath) -> bool:
-    """Whether the motion begins in the passage's start configuration, full turns included."""
-    return bool(np.max(np.abs(path.absolute(0.0) - passage.theta[0])) < LANDED)
-
-
-def lands(workspace: Workspace, path: JointPath) -> bool:
-    """Whether the motion ends in one of the goal's configurations, up to full turns."""
-    wanted = postures(workspace.maneuver.arm, workspace.maneuver.goal)
-    apart = [np.abs((path.absolute(path.duration) - one + np.pi) % (2 * np.pi) - np.pi) for one in wanted]
-    return min(float(np.max(one)) for one in apart) < LANDED

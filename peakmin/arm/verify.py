@@ -13,9 +13,9 @@ from ..document import digest
 from ..model import load
 from ..moments import PointMass
 from .document import of, read
+from .finish import begins, lands
 from .passage import passages
 from .plan import ArmPlan
-from .solve import begins, lands
 from .workspace import Workspace
 
 SAME = 1e-9  # relative difference up to which a number counts as the one stated

@@ -1,0 +1,69 @@
+"""What the terminal says of a plan and of a sweep."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .plan import Plan
+    from .sweep import Sweep
+
+
+def describe(plan: Plan) -> str:
+    search = plan.settings.search.kind
+    return facts(plan) + (
+        f"\n  made by         {plan.made.solver}, search {search}, {plan.made.solves} solves of "
+        f"{plan.made.compilations} compiled programs, {plan.made.nodes} boxes, {plan.made.seconds:.2f} s"
+    )
+
+
+def facts(plan: Plan) -> str:
+    times = ", ".join(f"{t:.6g} s" for t in plan.obstacle_times) or "none"
+    covered = "every obstacle time" if plan.scope == "all" else "these obstacle times only"
+    lines = [f"{plan.status}: peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N"]
+    limit = plan.maneuver.max_peak
+    if limit is not None and plan.status != "solved":
+        proved = "no control keeps it (proved)" if plan.status == "infeasible" else "not proved to be impossible"
+        lines.append(f"  max_peak        {limit:.9g} m/s²: {proved}")
+    lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for any control, over {covered}")
+    lines.append(f"  gap             {plan.gap:.2e} of the peak")
+    lines.append(f"  obstacle times  {times}")
+    if math.isfinite(plan.clearance):
+        where = (
+            ""
+            if plan.clearance >= plan.maneuver.margin
+            else ", closer than asked"
+            if plan.clearance >= 0
+            else ": inside"
+        )
+        lines.append(f"  clearance       {plan.clearance:.6g} m at every instant{where}")
+    if plan.status != "solved" and plan.trajectory is not None:
+        lines += [f"  not kept        {one}" for one in not_kept(plan)]
+    return "\n".join(lines)
+
+
+def not_kept(plan: Plan) -> list[str]:
+    """What the path that was found does not keep of what was asked, in words."""
+    kept, asked, out = plan.keeping(), plan.maneuver, []
+    if asked.too_far:
+        out.append(f"max_speed {asked.max_speed:.6g} m/s: the straight way alone takes longer than the duration")
+    elif asked.max_speed is not None and kept.speed > asked.max_speed * (1 + 1e-9):
+        out.append(f"max_speed {asked.max_speed:.6g} m/s: this path reaches {kept.speed:.6g} m/s")
+    if kept.region < -1e-9:
+        out.append(f"region: this path leaves it by {-kept.region:.6g} m")
+    if kept.walls < 0:
+        out.append(f"walls: this path crosses one {-kept.walls:.6g} m below its tip")
+    if kept.blocks < 0:
+        out.append(f"blocks: this path comes {-kept.blocks:.6g} m too close, or passes one on the other side")
+    return out
+
+
+def table(sweep: Sweep) -> str:
+    times = sweep.obstacle_times.reshape(len(sweep.peak), -1)
+    lines = ["  T_obs [s]" + " " * (10 * max(times.shape[1] - 1, 0)) + "   least M [m/s²]   lower end"]
+    for i, row in enumerate(times):
+        mark = "  <- least" if i == sweep.winner else ""
+        cells = " ".join(f"{t:9.4f}" for t in row) or " " * 9
+        lines.append(f"  {cells}   {sweep.peak[i]:14.6f}   {sweep.lower[i]:9.4f}{mark}")
+    return "\n".join([*lines, describe(sweep.best)])
