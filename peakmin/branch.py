@@ -21,13 +21,13 @@ from .progress import Progress
 from .saddle import saddle
 
 APART = 1e-9  # least distance of obstacle times from each other and the ends at which M* is evaluated
-FINE = 1e-4  # of the gap asked for: how precisely a descent is ended
+FINE = 1e-9  # of the gap asked for: how precisely a descent is ended
 WORTH_A_DESCENT = 1e-9  # relative improvement of the best peak after which local descent starts from there
 MOST_MOVES = 4  # optima looked at in one box
 IDLE = 1e-4  # of the largest multiplier: below it a wall is tried without
 COARSE = tuple((k + 0.5) / 7 for k in range(7))  # times tried where one box does not prove the rest
 DESCENTS = 5
-NEAR, MOST_TRIALS = 0.02, 200  # of the duration; how far and how often is looked around the best times
+NEAR, MOST_TRIALS = 0.02, 300  # of the duration; how far and how often is looked around the best times
 ROOM = 1e-3  # least distance of the times that a search starts from
 EDGE = 0.1  # of a box: how far around a place its times are looked for, so as not to end on a side
 WORTH_A_MOVE = 1e-4  # relative improvement of a box's bound after which another one is
