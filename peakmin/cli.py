@@ -49,7 +49,12 @@ def read_spec(path: Path) -> Spec | ArmSpec:
 
 
 @app.command("solve")
-def solve_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
+def solve_command(
+    spec: SpecFile,
+    as_json: Json = False,
+    out: Out = None,
+    gif: Annotated[bool, typer.Option(help="With --out, animate an arm (takes some seconds).")] = True,
+) -> None:
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
     asked = read_spec(spec)
     from .api import solve
@@ -67,7 +72,7 @@ def solve_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
         arm_plan = solve(asked.asked, asked.settings, progress=progress)
     if out:
         _headless()
-        terminal.write(arm_plan, out)
+        terminal.write(arm_plan, out, gif)
     print(arm_plan.to_json(indent=2) if as_json else terminal.describe(arm_plan))
     raise typer.Exit(EXIT[arm_plan.status])
 

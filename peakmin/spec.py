@@ -227,11 +227,18 @@ def known_version(version: int) -> int:
 
 
 class Spec(Model):
-    """A whole spec file."""
+    """A whole spec file of a centre of mass; `ArmSpec` reads those with an arm."""
 
     version: Annotated[int, Field(strict=True), AfterValidator(known_version)] = 1
     maneuver: Maneuver
     settings: Settings = Settings()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _is_of_a_point(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "arm" in data:
+            raise ValueError(".arm: was given, must be left out here (peakmin.ArmSpec reads spec files with an arm)")
+        return data
 
     @model_validator(mode="after")
     def _fit_together(self) -> Spec:

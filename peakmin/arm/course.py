@@ -9,6 +9,8 @@ what the links would touch are cut off by half-planes at the nodes where the pat
 
 from __future__ import annotations
 
+import math
+import time
 import warnings
 from dataclasses import dataclass, replace
 
@@ -61,7 +63,7 @@ class Steered:
 
     def finer(self, steps: int) -> Steered | None:
         """The same with so many holds."""
-        course = replace(self.course, steps=steps)
+        course = replace(self.course, steps=steps, until=math.inf)
         return course.around(self.times, resampled(self.motion, course.edges(self.times))) or course.free(self.times)
 
 
@@ -77,6 +79,7 @@ class Course:
     circle: Disc | Polygon
     steps: int
     turn: tuple[int, Array] | None = None
+    until: float = math.inf  # a `time.perf_counter()` after which nothing more is tried
 
     @property
     def mass(self) -> PointMass:
@@ -92,6 +95,8 @@ class Course:
         size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
         motion = first
         for _ in range(TRIES):
+            if time.perf_counter() > self.until:
+                return None
             if motion is not None:
                 path = self.joints(motion, times)
                 clear = link_clearance(self.passage.workspace, path)
@@ -116,6 +121,8 @@ class Course:
         """
         size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
         for _ in range(TRIES):
+            if time.perf_counter() > self.until:
+                return found
             cuts = [(k, n, c + room) for k, n, c in self._cuts(first, times, WIDE * size)]
             motion = self.solve(times, cuts)
             if motion is None:

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+NEAR = 1e-3  # of the arm: how close to the margin counts as a contact
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class ArmPlan:
     """A motion of an arm, from pose to pose.
@@ -129,12 +132,22 @@ class ArmPlan:
 
     @cached_property
     def contacts(self) -> list[Contact]:
-        """What the arm is nearest to at the obstacle times."""
+        """What the arm is nearest to at the contact times."""
         if self.joints is None or not self.maneuver.obstacles:
             return []
         workspace = Workspace(self.maneuver)
+        return [workspace.nearest(self.joints.absolute(t)) for t in self.contact_times]
+
+    @property
+    def contact_times(self) -> list[float]:
+        """The obstacle times [s] at which no elbow turns over; without any the time of the closest approach, if it is
+        about as close as the margin allows.
+        """
         at = [t for t in self.obstacle_times.tolist() if t not in self.elbow_changes]
-        return [workspace.nearest(self.joints.absolute(t)) for t in at]
+        if at or self.clear is None or not self.maneuver.obstacles:
+            return at
+        near = self.maneuver.margin + NEAR * float(np.sum(Workspace(self.maneuver).chain.length))
+        return [self.clear.at] if self.clear.least <= near else []
 
     @cached_property
     def exceeded(self) -> list[str]:

@@ -38,8 +38,9 @@ def poses(plan: ArmPlan, ax: Axes | None = None, count: int = POSES) -> Axes:
         fine = np.linspace(0, path.duration, 400)
         ax.plot(*plan.tip(fine).T, color=ORANGE, linestyle="--", linewidth=1.5, label="tip", zorder=4)
         ax.plot(*plan.position(fine).T, color=BLUE, linestyle="-", linewidth=1.8, label="centre of mass", zorder=4)
-        for at in plan.obstacle_times:
-            ax.plot(*plan.position(at), "D", color=ORANGE, markeredgecolor=BLACK, markersize=5, zorder=6)
+        mark: Any = {"linestyle": "none", "marker": "D", "markersize": 5, "color": ORANGE, "markeredgecolor": BLACK}
+        for k, contact in enumerate(plan.contacts):
+            ax.plot(*contact.at, label=None if k else "contact", zorder=6, **mark)
     ax.plot(*plan.maneuver.arm.base, marker="^", color=BLACK, markersize=9, linestyle="none", label="base", zorder=6)
     ax.set(xlabel="x [m]", ylabel="y [m]")
     ax.set_aspect("equal", adjustable="datalim")
@@ -77,19 +78,16 @@ def path(plan: ArmPlan, ax: Axes | None = None) -> Axes:
     at = np.array(plan.obstacle_times)
     if len(at):
         ax.plot(*plan.position(at).T, "D", color=ORANGE, markeredgecolor=BLACK, markersize=5, label="contact", zorder=6)
-    low, high = ax.get_xlim(), ax.get_ylim()
+    (left, right), (down, up) = ax.get_xlim(), ax.get_ylim()
+    low, high = np.array([left, down]), np.array([right, up])
     if plan.joints is not None and plan.joints.chain.links == 2:
         turn = np.linspace(0, 2 * np.pi, 721)
         for i, radius in enumerate(plan.joints.chain.reach):
             edge = plan.joints.chain.base + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-            ax.plot(
-                *edge.T,
-                color=BLACK,
-                linewidth=0.9,
-                linestyle="-.",
-                label=None if i else "reach",
-            )
-    ax.set(xlabel="x [m]", ylabel="y [m]", xlim=low, ylim=high)
+            inside = (edge > low) & (edge < high)
+            if np.any(inside[:, 0] & inside[:, 1]):
+                ax.plot(*edge.T, color=BLACK, linewidth=0.9, linestyle="-.", label=f"{('inner', 'outer')[i]} reach")
+    ax.set(xlabel="x [m]", ylabel="y [m]", xlim=(left, right), ylim=(down, up))
     ax.set_aspect("equal")
     ax.legend(ncols=2, **BELOW)
     return ax
@@ -179,9 +177,11 @@ def animate(plan: ArmPlan, frames: int = FRAMES) -> bytes:
         arrow = left.quiver(
             *chain.base, 0, 0, color=RED, angles="xy", scale_units="xy", scale=4 * plan.peak_force / size, zorder=7
         )
-        low, high = points.reshape(-1, 2).min(axis=0) - 0.12 * size, points.reshape(-1, 2).max(axis=0) + 0.12 * size
+        shown = np.vstack([points.reshape(-1, 2), *(block.vertices for block in plan.maneuver.obstacles)])
+        shown = np.clip(shown, points.min(axis=(0, 1)) - 0.3 * size, points.max(axis=(0, 1)) + 0.3 * size)
+        low, high = shown.min(axis=0) - 0.08 * size, shown.max(axis=0) + 0.08 * size
         left.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]", aspect="equal")
-        left.set_title("arm, and the force on its base (red)", fontsize=10)
+        left.set_title("arm, and the force of the base on it (red)", fontsize=10)
         fine = np.linspace(0, joints.duration, 800)
         for axis in (0, 1):
             component = plan.base_force(fine)[:, axis]
@@ -195,7 +195,7 @@ def animate(plan: ArmPlan, frames: int = FRAMES) -> bytes:
         def draw(k: int) -> tuple[Any, ...]:
             arm.set_data(*points[k].T)
             mass.set_data(*plan.position(t[k])[:, None])
-            arrow.set_UVC(*-forces[k])
+            arrow.set_UVC(*forces[k])
             dot.set_data([t[k]], [np.hypot(*forces[k])])
             return arm, mass, arrow, dot
 

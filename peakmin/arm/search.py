@@ -79,12 +79,19 @@ class ArmSearch:
         """The least peak of a free motion that is known [m/s^2]."""
         return min((one.peak for one in (self.best, self.steered, self.turned) if one is not None), default=math.inf)
 
+    @property
+    def enough(self) -> float:
+        """A bound [m/s^2] above which nothing more is asked: of the best motion, or a no to max_peak."""
+        return min((1 - self.gap) * self.upper, (self.workspace.maneuver.max_peak or math.inf) * (1 + 1e-9))
+
     def run(self, rounds: int, time_limit: float, progress: Progress | None = None) -> Found:
         """Search until the gap is reached or comes down no more, or for so many rounds and seconds."""
         self._until, self._most, self._progress = time.perf_counter() + time_limit, rounds, progress
         every = passages(self.workspace)
         trees = {
-            passage.indices: Tree(self._seen(passage), self.gap, self._certify) for passage in every if passage.keeps
+            passage.indices: Tree(self._seen(passage), self.gap, self._certify, self._until)
+            for passage in every
+            if passage.keeps
         }
         for tree in sorted(trees.values(), key=lambda tree: tree.lower):
             tree.run(self.upper, self._over)
@@ -105,8 +112,8 @@ class ArmSearch:
             kept = trees.get(passage.indices)
             own = self._split(passage, arcs[passage.indices])
             whole = None
-            if min(arc.bound for arc in own) < (1 - self.gap) * self.upper:
-                whole = Tree(passage.whole, self.gap, self._certify)
+            if min(arc.bound for arc in own) < self.enough:
+                whole = Tree(passage.whole, self.gap, self._certify, self._until)
                 whole.run(min(self.upper, math.inf if kept is None else kept.lower), self._over)
             touching = tuple(arc.proof for arc in own)
             trunks = [None if tree is None else tree.root.branch() for tree in (kept, whole)]
@@ -133,7 +140,9 @@ class ArmSearch:
         self.rounds += 1
         left = max(self._until - time.perf_counter(), 0.0)
         mass, gap = PointMass.of(past), max(self.gap, FINEST_GAP) / 4
-        level = min(enough, self.upper) / mass.unit
+        # more than max_peak is enough to say no; once the time is over any bound is
+        limit = (self.workspace.maneuver.max_peak or math.inf) * (1 + 1e-6)
+        level = min(enough, self.upper, limit) / mass.unit if left > 0 else 0.0
         found = certify(mass, gap, node_limit=boxes, time_limit=left, start=start, enough=level)
         self.boxes += found.nodes
         if self._progress:
@@ -167,7 +176,7 @@ class ArmSearch:
         for k in range(len(arcs), len(arcs) + 2 * SPLITS, 2):
             bound, _, arc = heap[0]
             a, b = arc.proof.arc
-            if bound >= (1 - self.gap) * self.upper or b - a < NARROW or time.perf_counter() > self._until:
+            if bound >= self.enough or b - a < NARROW or time.perf_counter() > self._until:
                 break
             stalled, left = (0, now) if (now := 1 - bound / self.upper) < WORTH * left else (stalled + 1, left)
             if stalled >= PATIENCE:
@@ -182,12 +191,14 @@ class ArmSearch:
         """Free motions of this passage that turn the elbow over, the cheapest bound first."""
         tries = {"outer": 0, "inner": 0}
         for arc in sorted(arcs, key=lambda arc: arc.bound):
-            if arc.bound >= (1 - self.gap) * self.upper or time.perf_counter() > self._until:
+            if arc.bound >= self.enough or time.perf_counter() > self._until:
                 return
             point = arc.proof.edge == "inner" and self.workspace.chain.reach[0] == 0
             if not arc.past.walls or point or tries[arc.proof.edge] >= MOST_TURNS:
                 continue
             tries[arc.proof.edge] += 1
-            found = turn_on(self.workspace, passage, arc.proof.edge, arc.certificate, arc.past, self.circle)
+            found = turn_on(
+                self.workspace, passage, arc.proof.edge, arc.certificate, arc.past, self.circle, self._until
+            )
             if found is not None and found.peak < self.upper:
                 self.turned = found

@@ -149,8 +149,11 @@ class ArmManeuver(Task):
                 )
             hits = [hit_by(self, theta) for theta in found]
             if None not in hits:
-                i = next(hit for hit in hits if hit is not None)
-                raise ValueError(f".obstacles[{i}]: was touched by the arm at the {name}, must leave it free")
+                i, link, depth = next(hit for hit in hits if hit is not None)
+                raise ValueError(
+                    f".obstacles[{i}]: was {depth:.4g} m from link {link + 1} at the {name}, must leave the arm "
+                    f"{self.margin:g} m free there"
+                )
         return self
 
 
@@ -178,8 +181,8 @@ def postures(arm: Arm, pose: Pose) -> list[tuple[float, ...]]:
     return [tuple(pair.angles(s, sign).tolist()) for sign in signs]
 
 
-def hit_by(maneuver: ArmManeuver, theta: tuple[float, ...]) -> int | None:
-    """Index of an obstacle nearer than the margin to the arm in this configuration, or None."""
+def hit_by(maneuver: ArmManeuver, theta: tuple[float, ...]) -> tuple[int, int, float] | None:
+    """An obstacle nearer than the margin in a configuration: its index, the link's, their distance [m]; or None."""
     from .workspace import Workspace
 
     return Workspace(maneuver).touched(np.array(theta))

@@ -20,8 +20,7 @@ def describe(plan: ArmPlan) -> str:
     """The plan in words, with how it was made."""
     made = plan.made
     return facts(plan) + (
-        f"\n  made by         {made.solver}, {made.solves} solves of {made.compilations} compiled programs, "
-        f"{made.nodes} boxes, {made.seconds:.2f} s"
+        f"\n  made by         {made.solver}, {made.nodes} boxes of obstacle times bounded, {made.seconds:.2f} s"
     )
 
 
@@ -34,17 +33,23 @@ def facts(plan: ArmPlan) -> str:
         lines.append(f"  max_peak        {limit:.9g} m/s²: {proved}")
     lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for any motion of the arm")
     lines.append(f"  gap             {plan.gap:.2e} of the peak")
-    for t, contact in zip((t for t in plan.obstacle_times if t not in plan.elbow_changes), plan.contacts, strict=True):
+    for t, contact in zip(plan.contact_times, plan.contacts, strict=True):
         lines.append(f"  contact         {t:.6g} s: {contact}")
-    lines += [f"  elbow           turns over at {t:.6g} s" for t in plan.elbow_changes]
+    if plan.joints is not None and plan.joints.chain.links == 2:
+        word = {-1.0: "up", 1.0: "down"}[plan.joints.elbow]
+        turned = "".join(f", turns over at {t:.6g} s" for t in plan.elbow_changes)
+        lines.append(f"  elbow           {word} at the start{turned}")
     if math.isfinite(plan.clearance):
-        where = "" if plan.clearance >= plan.maneuver.margin else ": closer than asked"
+        near = ": closer than asked" if plan.clearance >= 0 else ": a link is inside"
+        where = "" if plan.clearance >= plan.maneuver.margin else near
         lines.append(f"  clearance       {plan.clearance:.6g} m of every link at every instant{where}")
     if plan.clear is not None and plan.clear.within < -1e-6:
         lines.append(f"  reach           the path leaves it by {-plan.clear.within:.6g} m")
     if plan.clear is not None and not plan.clear.steady:
         lines.append("  joints          jump where the folded arm passes its base")
     lines += [f"  not kept        {one}" for one in plan.exceeded]
+    if plan.status == "unknown" and plan.joints is not None and plan.joints.chain.links > 2:
+        lines.append("  way             three and more links follow the straight way only; obstacles do not bend it")
     if math.isinf(plan.lower_bound):
         lines.append("  closed          obstacles and reach leave no way from start to goal (proved)")
     elif plan.joints is None:
@@ -52,8 +57,8 @@ def facts(plan: ArmPlan) -> str:
     return "\n".join(lines)
 
 
-def write(plan: ArmPlan, out: Path) -> None:
-    """plan.json, plan.csv, the figures and the animation."""
+def write(plan: ArmPlan, out: Path, gif: bool = True) -> None:
+    """plan.json, plan.csv, the figures and, if asked for, the animation."""
     import matplotlib.pyplot as plt
 
     from .plots import animate, figures
@@ -66,7 +71,8 @@ def write(plan: ArmPlan, out: Path) -> None:
         files.write(out / f"{name}.png", buffer.getvalue())
     if plan.joints is not None:
         files.write(out / "plan.csv", plan.to_csv())
-        files.write(out / "arm.gif", animate(plan))
+        if gif:
+            files.write(out / "arm.gif", animate(plan))
 
 
 def solved(asked: ArmSpec, progress: Progress | None) -> ArmPlan:

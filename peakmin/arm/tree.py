@@ -92,8 +92,8 @@ Certify = Callable[[Maneuver, int, Array | None, float], Certificate]  # boxes, 
 class Tree:
     """The search over one passage's orders."""
 
-    def __init__(self, passage: Passage, gap: float, certify: Certify) -> None:
-        self.passage, self.gap, self._certify = passage, gap, certify
+    def __init__(self, passage: Passage, gap: float, certify: Certify, until: float) -> None:
+        self.passage, self.gap, self._certify, self._until = passage, gap, certify, until
         self.workspace = passage.workspace
         self.best: Candidate | None = None
         self.steered: Steered | None = None
@@ -112,17 +112,24 @@ class Tree:
         return min((node.bound for node in [*(node for _, _, node in self._heap), *self._closed]), default=math.inf)
 
     @property
+    def _limit(self) -> float:
+        """A bound [m/s^2] that says no."""
+        return (self.workspace.maneuver.max_peak or math.inf) * (1 + 1e-9)
+
+    @property
     def upper(self) -> float:
         """The least peak of a free motion that was met [m/s^2]."""
         return min((one.peak for one in (self.best, self.steered) if one is not None), default=math.inf)
 
     def _steer(self, node: Node) -> None:
         """A free motion around the node's, found in another way; kept where it is the best."""
-        found = Course(self.passage, node.past, Disc(), COARSE).free(np.clip(node.certificate.times, 1e-3, 1 - 1e-3))
+        found = Course(self.passage, node.past, Disc(), COARSE, until=self._until).free(
+            np.clip(node.certificate.times, 1e-3, 1 - 1e-3)
+        )
         if found is None:
             return
         # the walls have shown the way; without them it can be better
-        alone, none = Course(self.passage, self.passage.maneuver, Disc(), COARSE), np.zeros(0)
+        alone, none = Course(self.passage, self.passage.maneuver, Disc(), COARSE, until=self._until), np.zeros(0)
         other = alone.around(none, resampled(found.motion, alone.edges(none)))
         best = found if other is None or other.peak > found.peak else other
         if best.peak < self.upper:
@@ -133,7 +140,7 @@ class Tree:
         stalled, gap, expanded = 0, 1.0, 0
         while self._heap and not stop():
             self._enough = known = min(upper, self.upper)
-            if self._heap[0][0] >= (1 - self.gap) * known or stalled >= PATIENCE:
+            if self._heap[0][0] >= min((1 - self.gap) * known, self._limit) or stalled >= PATIENCE:
                 break
             self.last = heapq.heappop(self._heap)[2]
             expanded += 1
@@ -145,7 +152,7 @@ class Tree:
             left = 1 - min(self.lower, known) / known if known > 0 else 0.0
             stalled, gap = (0, left) if left < WORTH * gap else (stalled + 1, gap)
 
-        if self.passage.keeps and math.isinf(min(upper, self.upper)):
+        if self.passage.keeps and math.isinf(min(upper, self.upper)) and self.lower < self._limit:
             self._steer(self.last)
 
     def _push(self, node: Node | None) -> None:

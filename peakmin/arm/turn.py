@@ -6,6 +6,7 @@ The place on the edge and the instant are free; at given ones the least peak is 
 from __future__ import annotations
 
 import math
+import time
 
 import numpy as np
 from scipy.optimize import minimize
@@ -29,12 +30,19 @@ ROOM = 0.02  # of the duration: least distance of the instant from the ends
 
 
 def turn_on(
-    workspace: Workspace, passage: Passage, edge: Edge, found: Certificate, past: Maneuver, circle: Disc | Polygon
+    workspace: Workspace,
+    passage: Passage,
+    edge: Edge,
+    found: Certificate,
+    past: Maneuver,
+    circle: Disc | Polygon,
+    until: float,
 ) -> Steered | None:
     """The best free motion near the one that comes in over an arc; None where none is found free.
 
     Args:
         edge: which edge is touched.
+        until: a `time.perf_counter()` after which nothing more is tried.
         found, past: the optimum that only comes in over the arc's chord or tangent.
     """
     if not len(found.times):
@@ -49,10 +57,10 @@ def turn_on(
         n = unit(angle)
         tip = workspace.chain.base + (outer if edge == "outer" else inner) * n
         touched = passage.maneuver.past([Wall(tip=tip, direction=-n, contact="touch")])
-        return Course(passage, touched, circle, steps, (0, n))
+        return Course(passage, touched, circle, steps, (0, n), until)
 
     def value(x: Array) -> float:
-        if not ROOM < x[0] < 1 - ROOM:
+        if not ROOM < x[0] < 1 - ROOM or time.perf_counter() > until:
             return 1e9
         motion = course(float(x[1])).solve(x[:1], [])
         if motion is None:

@@ -60,11 +60,12 @@ class Workspace:
             out[inside] = -_depth(lines[inside], world)
         return np.asarray(out - self.chain.half_width)
 
-    def touched(self, theta: Array) -> int | None:
-        """Index of an obstacle nearer than the margin, shape (n,), or None."""
+    def touched(self, theta: Array) -> tuple[int, int, float] | None:
+        """An obstacle nearer than the margin in a configuration (n,): its index, the link's, their distance [m]."""
         for i, block in enumerate(self.maneuver.obstacles):
-            if np.min(self.clearance(theta, shapely.Polygon(block.vertices))) < self.maneuver.margin * (1 - 1e-12):
-                return i
+            links = self.clearance(theta, shapely.Polygon(block.vertices))
+            if np.min(links) < self.maneuver.margin * (1 - 1e-12):
+                return i, int(np.argmin(links)), float(np.min(links))
         return None
 
     def nearest(self, theta: Array) -> Contact:
