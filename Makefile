@@ -15,9 +15,9 @@ lint: .venv/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-# all seeds, 500 of random maneuvers and 300 of random scenes, where `make test` takes some
+# all seeds, 500 random maneuvers, 300 random scenes and 120 tasks of arms, where `make test` takes some
 proofs: .venv/installed
-	PEAKMIN_SEEDS=all $(BIN)/pytest -n 2 -p no:benchmark tests/test_agreement.py tests/test_exact.py tests/test_scenes.py
+	PEAKMIN_SEEDS=all $(BIN)/pytest -n 2 -p no:benchmark tests/test_agreement.py tests/test_exact.py tests/test_scenes.py tests/test_arm_tasks.py
 
 bench: .venv/installed
 	$(BIN)/python benchmarks/table.py
