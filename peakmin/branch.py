@@ -21,7 +21,7 @@ from .progress import Progress
 from .saddle import saddle
 
 APART = 1e-9  # least distance of obstacle times from each other and the ends at which M* is evaluated
-FINE = 1e-9  # of the gap asked for: how precisely a descent is ended
+FINE = 1e-15  # relative: how precisely a descent is ended
 WORTH_A_DESCENT = 1e-9  # relative improvement of the best peak after which local descent starts from there
 MOST_MOVES = 4  # optima looked at in one box
 IDLE = 1e-4  # of the largest multiplier: below it a wall is tried without
@@ -81,8 +81,7 @@ def certify(
     root = Leaf((0.0,) * q, (1.0,) * q, first.multipliers, tuple(at.tolist()))
     if math.isfinite(enough) and (bound := root.bound(mass)) >= enough:
         return Certificate([root], min(bound, first.upper), first, at, 1, first.upper * (1 - gap) <= bound)
-    fine = FINE * gap
-    best, at = descend(mass, first, at, fine)
+    best, at = descend(mass, first, at)
     serial = itertools.count()
     root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers, tuple(at.tolist()))
     bound = root.bound(mass)
@@ -94,7 +93,7 @@ def certify(
             leaves = [_past_idle(leaf, push, at) for leaf in few.leaves]
             return Certificate(leaves, min(few.lower, best.upper), best, at, few.nodes, True)
     if bound < (1 - gap) * best.upper and start is None:
-        best, at = _elsewhere(mass, best, at, fine)
+        best, at = _elsewhere(mass, best, at)
     waiting = [(bound, next(serial), root, best.multipliers)]
     nodes = 1
     while q and waiting[0][0] < min((1 - gap) * best.upper, enough) and best.upper > 0:
@@ -108,7 +107,7 @@ def certify(
             search = _Box(mass, Leaf(low, high, leaf.multipliers, leaf.at))
             for found, there in search.improve(min((1 - gap) * best.upper, enough)):
                 if found.upper < best.upper * (1 - WORTH_A_DESCENT):
-                    best, at = descend(mass, found, there, fine)
+                    best, at = descend(mass, found, there)
             # what holds for the parent's box holds for its half
             heapq.heappush(waiting, (max(search.bound, bound), next(serial), search.leaf, search.optimal))
         if progress:
@@ -119,7 +118,7 @@ def certify(
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
 
 
-def _elsewhere(mass: PointMass, best: Extremal, at: Array, fine: float) -> tuple[Extremal, Array]:
+def _elsewhere(mass: PointMass, best: Extremal, at: Array) -> tuple[Extremal, Array]:
     """The best of a few descents, from where a coarse choice of ordered times is best: M* can have several minima."""
     q = mass.walls
     if q > len(COARSE) // 2:
@@ -127,7 +126,7 @@ def _elsewhere(mass: PointMass, best: Extremal, at: Array, fine: float) -> tuple
     points = [np.array(point) for point in itertools.combinations(COARSE, q)]
     found = sorted(((extremal(mass, point), point) for point in points), key=lambda pair: pair[0].upper)
     for here, point in found[:DESCENTS]:
-        there, times = descend(mass, here, point, fine)
+        there, times = descend(mass, here, point)
         if there.upper < best.upper:
             best, at = there, times
     return _polished(mass, best, at)
@@ -251,8 +250,8 @@ def slopes(mass: PointMass, times: Array, found: Extremal) -> Array:
     return np.asarray(-np.sum(found.multipliers[2:] * found.motion.velocity(times), axis=1) / area)
 
 
-def descend(mass: PointMass, found: Extremal, times: Array, fine: float) -> tuple[Extremal, Array]:
-    """A local minimum of M* over the times, to a relative `fine`, from the given ones; never worse than those."""
+def descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, Array]:
+    """A local minimum of M* over the times from the given ones; never worse than those."""
     q = mass.walls
     if not q or found.upper == 0 or not math.isfinite(found.upper):
         return found, times
@@ -279,6 +278,6 @@ def descend(mass: PointMass, found: Extremal, times: Array, fine: float) -> tupl
         method="SLSQP",
         bounds=[(APART, 1 - APART)] * q,
         constraints=constraints,
-        options={"maxiter": 40, "ftol": fine},
+        options={"maxiter": 40, "ftol": FINE},
     )
     return best

@@ -17,13 +17,12 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 from typer.exceptions import TyperException
 
-from . import files, words
+from . import api, files, words
 from .errors import PeakminError, SpecError
 from .model import read_file
 from .spec import Spec, schema
 
 if TYPE_CHECKING:
-    from .arm.spec import ArmSpec
     from .budget import ErrorBudget
     from .plan import Plan
     from .progress import Progress
@@ -41,13 +40,6 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and 
 Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Write plots, JSON and CSV there.")]
 
 
-def read_spec(path: Path) -> Spec | ArmSpec:
-    """A spec file of a centre of mass or of an arm."""
-    from . import api
-
-    return api.read_spec(path)
-
-
 @app.command("solve")
 def solve_command(
     spec: SpecFile,
@@ -56,12 +48,11 @@ def solve_command(
     gif: Annotated[bool, typer.Option(help="With --out, animate an arm (takes some seconds).")] = True,
 ) -> None:
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
-    asked = read_spec(spec)
-    from .api import solve
+    asked = api.read_spec(spec)
 
     if isinstance(asked, Spec):
         with _progress("solve") as progress:
-            plan = solve(asked.maneuver, asked.settings, progress=progress)
+            plan = api.solve(asked.maneuver, asked.settings, progress=progress)
         if out:
             _write_plan(plan, out)
         print(plan.to_json(indent=2) if as_json else words.describe(plan))
@@ -69,7 +60,7 @@ def solve_command(
     from .arm import terminal
 
     with _progress("solve") as progress:
-        arm_plan = solve(asked.asked, asked.settings, progress=progress)
+        arm_plan = api.solve(asked.asked, asked.settings, progress=progress)
     if out:
         _headless()
         terminal.write(arm_plan, out, gif)
@@ -80,7 +71,7 @@ def solve_command(
 @app.command("compare")
 def compare_command(spec: SpecFile, as_json: Json = False) -> None:
     """An arm's least peak beside the same move by joint quintics, minimum jerk and a smooth path."""
-    asked = read_spec(spec)
+    asked = api.read_spec(spec)
     if isinstance(asked, Spec):
         raise SpecError("arm: was missing, must be given for `compare`")
     from .arm import terminal
@@ -138,9 +129,7 @@ def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> No
 @app.command("verify")
 def verify_command(plan: PlanFile, as_json: Json = False) -> None:
     """Compute anew everything that a plan file states, from the file alone; exit status 4 if any of it is not so."""
-    from .api import verify
-
-    found = verify(read_file(plan))
+    found = api.verify(read_file(plan))
     from .arm import terminal
     from .plan import Plan
 

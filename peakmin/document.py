@@ -17,7 +17,7 @@ from .errors import SpecError
 from .model import load
 from .moments import PointMass
 from .obstacles import Wall
-from .spec import Spec
+from .spec import Maneuver, Spec
 from .trajectory import HoldTrajectory, Trajectory
 from .ways import Branch, WaysProof
 
@@ -127,7 +127,7 @@ def _plan(data: dict[str, Any]) -> Plan:
         spec.maneuver,
         spec.settings,
         data["status"],
-        _motion(data, spec),
+        motion_of(data, spec.maneuver),
         walls,
         array(data["obstacle_times"], (mass.walls,)),
         math.inf if data["clearance"] is None else float(array(data["clearance"], ())),
@@ -166,8 +166,9 @@ def leaves_of(data: Any, walls: int) -> tuple[Leaf, ...]:
     )
 
 
-def _motion(data: dict[str, Any], spec: Spec) -> Trajectory | None:
-    start = np.array(spec.maneuver.start.position), np.array(spec.maneuver.start.velocity)
+def motion_of(data: dict[str, Any], maneuver: Maneuver) -> Trajectory | None:
+    """The motion that a document lists, from the maneuver's start."""
+    start = np.array(maneuver.start.position), np.array(maneuver.start.velocity)
     if not data["times"]:
         return None
     if "costate" in data:

@@ -13,24 +13,23 @@ of every path that crosses first at T_i; "far side from then on" is a choice, an
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass, field
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 from scipy.optimize import minimize
 
 from .arrays import Array
-from .bracket import Bracket, HoldProblem
+from .bracket import Bracket
 from .cells import Cells, Way
 from .circle import Disc, Polygon
 from .grid import Aligned, Uniform
 from .keeping import Keeping, extent, inward, keeping
 from .moments import PointMass
 from .obstacles import Wall
-from .program import OPTIONS, Count
+from .program import Count
 from .spec import Maneuver
+from .states import StateProgram
 from .trajectory import HoldTrajectory
 
 TRIES = 6  # of asking a little more
@@ -140,47 +139,14 @@ class KeptProgram:
     def _solve(self, placed: Array, room: dict[str, float], gaps: list[tuple[int, Array, float]]) -> Bracket:
         """The bracket [scaled] of the program at placed times; without control where there is none."""
         mass, edges = self.mass, self.grid.edges(placed)
-        problem = HoldProblem(mass, self.circle, placed, edges)
-        v, kappa = cp.Variable((len(edges) - 1, 2)), cp.Variable()
-        s = cp.Variable(mass.walls) if mass.walls else None
-        b, rows = mass.targets(placed), problem.rows
-        size = 1.0 / (mass.floor(placed) or 1.0)  # keeps kappa near one
-        constraints: list[Any] = [*self.circle.constraints(v), rows[:2] @ v == kappa * size * b[:2]]
-        for i in range(mass.walls):
-            assert s is not None
-            beyond = s[i] * mass.free[i] if mass.clear[i] else np.zeros(2)
-            constraints += [rows[2 + i] @ v == kappa * size * b[2 + i] + beyond, s[i] >= 0]
-            if math.isfinite(mass.width[i]):
-                constraints.append(s[i] <= kappa * size * mass.width[i])
-        r, speed = cp.Variable((len(edges), 2)), cp.Variable((len(edges), 2))
-        dt = np.diff(edges)[:, None] @ np.ones((1, 2))
-        constraints += [
-            r[0] == 0,
-            speed[0] == kappa * size * mass.v0,
-            speed[1:] == speed[:-1] + cp.multiply(dt, v),
-            r[1:] == r[:-1] + cp.multiply(dt, speed[:-1]) + cp.multiply(dt**2 / 2, v),
-        ]
-        constraints += self._planes(r, kappa * size, edges, placed, room)
-        if gaps:
-            nodes, normals = [node for node, _, _ in gaps], np.array([normal for _, normal, _ in gaps])
-            levels = (np.array([level for _, _, level in gaps]) - normals @ mass.origin) / mass.length
-            constraints.append(cp.sum(cp.multiply(normals, r[nodes]), axis=1) >= kappa * size * levels)
+        program = StateProgram(mass, self.circle, placed, edges)
+        program.constraints += self._planes(program.position, program.kappa, edges, placed, room)
+        program.keep(gaps)
         if self.maneuver.max_speed is not None:
-            fastest = (self.maneuver.max_speed - room["speed"]) * mass.time / mass.length
-            constraints.append(cp.SOC(kappa * size * fastest * np.ones(len(edges) - 1), speed[1:], axis=1))
+            program.within(program.velocity[1:], (self.maneuver.max_speed - room["speed"]) * mass.time / mass.length)
         self.count.compilations += 1
         self.count.solves += 1
-        program = cp.Problem(cp.Maximize(kappa), constraints)
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                program.solve(solver="CLARABEL", **OPTIONS["CLARABEL CAREFUL"])
-        except (cp.SolverError, ValueError, ArithmeticError):
-            return Bracket()
-        if v.value is None or kappa.value is None or not kappa.value > 1e-9:
-            return Bracket()
-        upper, control = problem.upper(v.value / (kappa.value * size))
-        return Bracket(upper=upper, control=control)
+        return program.solve()
 
     def _planes(self, r: Any, kappa: Any, edges: Array, placed: Array, room: dict[str, float]) -> list[Any]:
         """n . r_k >= kappa c: the region at every node, the lines of the user's walls before and after the crossing."""

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from .answer import Answer, Status, table_text
 from .arrays import Array
 from .bracket import Bracket
 from .certify import Leaf, Proof
-from .check import Check, check
+from .check import check
 from .circle import Disc, Polygon
 from .keeping import Keeping, keeping
 from .moments import PointMass
@@ -28,8 +25,6 @@ from .ways import WaysProof
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Status = Literal["solved", "infeasible", "unknown"]
 
 
 @dataclass(frozen=True)
@@ -47,7 +42,7 @@ class Made:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Plan:
+class Plan(Answer):
     """A maneuver's answer.
 
     status: "solved" (a checked control within `max_peak` whose path is free), "infeasible" (proved: every control
@@ -81,48 +76,6 @@ class Plan:
         return self.proof.scope
 
     @property
-    def gap(self) -> float:
-        """(peak - lower_bound) / peak; 1 where the path is none that the bound speaks of."""
-        if not math.isfinite(self.peak) or self.peak < self.lower_bound * (1 - 1e-9):
-            return 1.0
-        return (self.peak - self.lower_bound) / self.peak if self.peak else 0.0
-
-    @property
-    def peak_force(self) -> float:
-        """Peak base reaction force, mass times peak [N]."""
-        return self.maneuver.mass * self.peak
-
-    def position(self, t: ArrayLike) -> Array:
-        """Position of the centre of mass [m] at t [s], shape (...) -> (..., 2)."""
-        return self._motion().position(t)
-
-    def velocity(self, t: ArrayLike) -> Array:
-        """Velocity of the centre of mass [m/s] at t [s], shape (...) -> (..., 2)."""
-        return self._motion().velocity(t)
-
-    def acceleration(self, t: ArrayLike) -> Array:
-        """Acceleration of the centre of mass [m/s^2] at t [s], shape (...) -> (..., 2)."""
-        return self._motion().acceleration(t)
-
-    def base_force(self, t: ArrayLike) -> Array:
-        """Force that the base exerts on the robot, m u(t) [N], shape (...) -> (..., 2); the robot's is its opposite."""
-        return self.maneuver.mass * self.acceleration(t)
-
-    def _motion(self) -> Trajectory:
-        if self.trajectory is None:
-            raise ValueError(f"this plan is {self.status}: it has no trajectory")
-        return self.trajectory
-
-    @property
-    def times(self) -> Array:
-        """Nodes of the trajectory [s], shape (steps+1,); empty when there is none."""
-        return np.zeros(0) if self.trajectory is None else self.trajectory.nodes
-
-    def check(self) -> Check:
-        """Propagate the control anew, hold by hold, and compare with everything the plan states."""
-        return check(self.crossing, self._motion(), self.obstacle_times, self.peak)
-
-    @property
     def crossing(self) -> Maneuver:
         """The maneuver past the plan's walls alone: what its obstacle times belong to."""
         return self.maneuver.past(self.walls)
@@ -142,10 +95,6 @@ class Plan:
         from .document import of
 
         return of(self)
-
-    def to_json(self, *, indent: int | None = None) -> str:
-        """The plan as one JSON document (text; write it where you like)."""
-        return json.dumps(self.document(), indent=indent, allow_nan=False)
 
     @classmethod
     def from_json(cls, text: str | bytes) -> Plan:
@@ -172,12 +121,8 @@ class Plan:
     def to_csv(self) -> str:
         """Text: rows t, x, y, vx, vy, ax, ay at the nodes [SI]; the last row repeats the last acceleration."""
         t, motion = self.times, self._motion()
-        table = np.column_stack([t, motion.position(t), motion.velocity(t), motion.acceleration(t)])
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(["t", "x", "y", "vx", "vy", "ax", "ay"])
-        writer.writerows(table.tolist())
-        return out.getvalue()
+        columns = [t, motion.position(t), motion.velocity(t), motion.acceleration(t)]
+        return table_text(["t", "x", "y", "vx", "vy", "ax", "ay"], columns)
 
 
 def from_bracket(

@@ -179,7 +179,7 @@ def _settle(maneuver: Maneuver, peak: float, shares: Array, duration: float) -> 
     chain: tuple[Array, ...] = ()
     for _ in range(ALTERNATIONS):
         mass = PointMass.of(maneuver.model_copy(update={"duration": duration}))
-        _, shares = descend(mass, extremal(mass, shares), shares, 1e-15)
+        _, shares = descend(mass, extremal(mass, shares), shares)
         there, met = _climb(maneuver, peak, shares, duration)
         if not there < duration * (1 - 1e-12):
             break

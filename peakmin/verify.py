@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .certify import Proof, lower_bound
-from .check import CHECK, check
+from .check import CHECK
 from .document import digest, of, read
 from .keeping import extent
 from .model import load
 from .moments import PointMass
 from .plan import Plan, proved
+from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from .arm.plan import ArmPlan
@@ -53,35 +54,20 @@ def verify(text: str | bytes) -> Verification:
         found.append("digest: the file is not as it was written")
     motion, peak = plan.trajectory, math.inf
     if motion is not None:
-        result = check(plan.crossing, motion, plan.obstacle_times, plan.peak)
         peak = motion.peak()
-        # each comparison is written so that a number that is none fails it
-        if not result.goal <= CHECK:
-            found.append(f"goal: missed by {result.goal:.2e} of the maneuver's size")
-        if not result.walls <= CHECK:
-            found.append(f"walls: not crossed as stated, {result.walls:.2e} of the maneuver's size")
-        found += _kept(plan)
-        if not result.peak <= 1e-12:
-            found.append(f"peak: was stated as {plan.peak!r}, the control has {peak!r} m/s^2")
-        if plan.status == "solved" and not plan.peak >= plan.lower_bound * (1 - SAME):
-            found.append(f"peak: was stated as {plan.peak!r}, below the bound {plan.lower_bound!r} m/s^2")
+        found += moved(plan, motion) + _kept(plan)
     elif data["peak"] is not None or plan.status == "solved":
         found.append("status: there is no motion, so no peak and no solution")
     bound = proved(plan.maneuver, plan.walls, plan.proof, plan.obstacle_times / mass.time)
-    if not abs(bound - plan.lower_bound) <= SAME * bound:
-        found.append(f"lower_bound: was stated as {plan.lower_bound!r}, the proof gives {bound!r} m/s^2")
+    found += bounded(plan, bound, plan.maneuver.too_far)
     if (
         isinstance(plan.proof, Proof)
         and plan.scope == "these"
         and any(leaf.low != leaf.high for leaf in plan.proof.leaves)
     ):
         found.append("scope: the proof has boxes, but claims these times only")
-    found += _unlike(data, of(plan), mass)
-    limit = plan.maneuver.max_peak or math.inf
-    if plan.status == "solved" and plan.peak > limit:
-        found.append(f"status: solved, but the peak {plan.peak!r} is above max_peak {limit!r}")
-    if plan.status == "infeasible" and not (plan.maneuver.too_far or (plan.scope == "all" and bound > limit)):
-        found.append("status: infeasible is not proved")
+    units = {"position": mass.length, "velocity": mass.length / mass.time, "acceleration": mass.unit}
+    found += unlike(data, of(plan), units)
     return Verification(plan, peak, bound, tuple(found))
 
 
@@ -106,12 +92,11 @@ def _kept(plan: Plan) -> list[str]:
     return found
 
 
-def _unlike(data: dict[str, Any], again: dict[str, Any], mass: PointMass) -> list[str]:
-    """Fields that differ from a document written anew from the plan; motions may differ by rounding errors."""
+def unlike(data: dict[str, Any], again: dict[str, Any], units: dict[str, float]) -> list[str]:
+    """Fields that differ from a document written anew; those with units of their own may differ by rounding errors."""
     found = [f"{name}: must {'be left out' if name in data else 'be given'}" for name in sorted(set(data) ^ set(again))]
-    units = {"position": mass.length, "velocity": mass.length / mass.time, "acceleration": mass.unit}
     for name in sorted(set(data) & set(again) - {"digest", "made"}):
-        if name not in units:
+        if name not in units or data[name] is None or again[name] is None:
             if data[name] != again[name]:
                 found.append(f"{name}: was {str(data[name])[:80]}, must be {str(again[name])[:80]}")
             continue
@@ -124,4 +109,35 @@ def _unlike(data: dict[str, Any], again: dict[str, Any], mass: PointMass) -> lis
             same = False
         if not same:
             found.append(f"{name}: not what the control gives")
+    return found
+
+
+def moved(plan: Plan | ArmPlan, motion: Trajectory) -> list[str]:
+    """What of goal, crossings and peak is not as stated, the control propagated anew."""
+    result, found = plan.check(), []
+    # each comparison is written so that a number that is none fails it
+    if not result.goal <= CHECK:
+        found.append(f"goal: missed by {result.goal:.2e} of the maneuver's size")
+    if not result.walls <= CHECK:
+        found.append(f"walls: not crossed as stated, {result.walls:.2e} of the maneuver's size")
+    if not result.peak <= 1e-12:
+        found.append(f"peak: was stated as {plan.peak!r}, the control has {motion.peak()!r} m/s^2")
+    if plan.status == "solved" and not plan.peak >= plan.lower_bound * (1 - SAME):
+        found.append(f"peak: was stated as {plan.peak!r}, below the bound {plan.lower_bound!r} m/s^2")
+    return found
+
+
+def bounded(plan: Plan | ArmPlan, bound: float, closed: bool) -> list[str]:
+    """What of the bound, and of the status that rests on it, is not so.
+
+    Args:
+        bound: the proof's, evaluated anew [m/s^2];  closed: whether a no is proved without it.
+    """
+    found, limit = [], plan.maneuver.max_peak or math.inf
+    if bound != plan.lower_bound and not abs(bound - plan.lower_bound) <= SAME * bound:
+        found.append(f"lower_bound: was stated as {plan.lower_bound!r}, the proof gives {bound!r} m/s^2")
+    if plan.status == "solved" and plan.peak > limit:
+        found.append(f"status: solved, but the peak {plan.peak!r} is above max_peak {limit!r}")
+    if plan.status == "infeasible" and not closed and not (plan.scope == "all" and bound > limit):
+        found.append("status: infeasible is not proved")
     return found

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .arm.plan import ArmPlan
     from .plan import Plan
     from .sweep import Sweep
 
@@ -21,13 +22,7 @@ def describe(plan: Plan) -> str:
 def facts(plan: Plan) -> str:
     times = ", ".join(f"{t:.6g} s" for t in plan.obstacle_times) or "none"
     covered = "every obstacle time" if plan.scope == "all" else "these obstacle times only"
-    lines = [f"{plan.status}: peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N"]
-    limit = plan.maneuver.max_peak
-    if limit is not None and plan.status != "solved":
-        proved = "no control keeps it (proved)" if plan.status == "infeasible" else "not proved to be impossible"
-        lines.append(f"  max_peak        {limit:.9g} m/s²: {proved}")
-    lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for any control, over {covered}")
-    lines.append(f"  gap             {plan.gap:.2e} of the peak")
+    lines = opening(plan, f"any control, over {covered}")
     lines.append(f"  obstacle times  {times}")
     if math.isfinite(plan.clearance):
         where = (
@@ -41,6 +36,18 @@ def facts(plan: Plan) -> str:
     if plan.status != "solved" and plan.trajectory is not None:
         lines += [f"  not kept        {one}" for one in not_kept(plan)]
     return "\n".join(lines)
+
+
+def opening(plan: Plan | ArmPlan, bounded: str) -> list[str]:
+    """Status, peak, max_peak, bound (of what) and gap."""
+    lines = [f"{plan.status}: peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N"]
+    limit = plan.maneuver.max_peak
+    if limit is not None and plan.status != "solved":
+        proved = "nothing keeps it (proved)" if plan.status == "infeasible" else "not proved to be impossible"
+        lines.append(f"  max_peak        {limit:.9g} m/s²: {proved}")
+    lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for {bounded}")
+    lines.append(f"  gap             {plan.gap:.2e} of the peak")
+    return lines
 
 
 def not_kept(plan: Plan) -> list[str]:

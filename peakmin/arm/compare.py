@@ -9,7 +9,7 @@ there, and accelerations at the ends, make the peak least.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,6 @@ from scipy.optimize import minimize
 
 from ..arrays import Array
 from .clearance import link_clearance
-from .joints import JointPath
 from .kinematics import unit
 from .plan import ArmPlan
 from .workspace import Workspace
@@ -31,7 +30,10 @@ APART = 0.02  # of the duration: least distance of contact times
 
 @dataclass(frozen=True)
 class Row:
-    """One way: its peak [m/s^2] and base force [N], times the least possible peak, and clearance [m]."""
+    """One way: its peak [m/s^2] and base force [N], times the least possible peak, and clearance [m].
+
+    Of the other ways than the plan's, peaks are those of samples, and the joint quintic's clearance too.
+    """
 
     name: str
     peak: float
@@ -60,6 +62,7 @@ class Polynomial:
         return np.asarray(self.pieces.derivative(2)(np.asarray(t, dtype=float)))
 
     def peak(self) -> float:
+        """Largest |acceleration| at SAMPLES + 1 instants [m/s^2]."""
         return float(np.max(np.hypot(*self.acceleration(np.linspace(0, self.nodes[-1], SAMPLES + 1)).T)))
 
     def panels(self) -> Array:
@@ -83,9 +86,9 @@ def compare(plan: ArmPlan) -> list[Row]:
         ("minimum jerk", _minimum_jerk(plan, contacts, began)),
         ("smooth C2, tuned", _smooth(plan, contacts, began)),
     ):
-        path = JointPath(joints.chain, motion, joints.pair, joints.elbow, joints.changes, joints.others, joints.start)
-        clear = link_clearance(Workspace(plan.maneuver), path) if not joints.changes else None
-        add(name, motion.peak(), float("nan") if clear is None else clear.least)
+        path = replace(joints, motion=motion)
+        clear = float("nan") if joints.changes else link_clearance(Workspace(plan.maneuver), path).least
+        add(name, motion.peak(), clear)
     return rows
 
 

@@ -11,19 +11,16 @@ from __future__ import annotations
 
 import math
 import time
-import warnings
 from dataclasses import dataclass, replace
 
-import cvxpy as cp
 import numpy as np
 
 from ..arrays import Array
-from ..bracket import HoldProblem
 from ..circle import Disc, Polygon
 from ..grid import Aligned
 from ..moments import PointMass
-from ..program import OPTIONS
 from ..spec import Maneuver
+from ..states import StateProgram
 from ..trajectory import HoldTrajectory
 from .clearance import link_clearance
 from .joints import JointPath
@@ -85,30 +82,19 @@ class Course:
     def mass(self) -> PointMass:
         return PointMass.of(self.past)
 
-    def free(self, times: Array, first: HoldTrajectory | None = None) -> Steered | None:
-        """The motion of about least peak at these times [scaled], (q,), that is free and within reach; or None.
-
-        Args:
-            first: a motion on the same grid around which to begin cutting.
-        """
+    def free(self, times: Array) -> Steered | None:
+        """The motion of about least peak at these times [scaled], (q,), that is free and within reach; or None."""
         cuts: list[Cut] = []
         size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
-        motion = first
         for _ in range(TRIES):
-            if time.perf_counter() > self.until:
+            if time.perf_counter() > self.until or (motion := self.solve(times, cuts)) is None:
                 return None
-            if motion is not None:
-                path = self.joints(motion, times)
-                clear = link_clearance(self.passage.workspace, path)
-                short = clear.short(self.passage.workspace.maneuver, size)
-                if short <= 0:
-                    return Steered(self, times, motion, path)
-                cuts = self._cuts(motion, times, room + 0.02 * size)
-                room += min(max(short, 0.0), 0.01 * size) * 0.5
-                cuts = [(k, n, c + room) for k, n, c in cuts]
-            motion = self.solve(times, cuts)
-            if motion is None:
-                return None
+            found, short = self._looked_at(motion, times)
+            if short <= 0:
+                return found
+            cuts = self._cuts(motion, times, room + 0.02 * size)
+            room += min(short, 0.01 * size) * 0.5
+            cuts = [(k, n, c + room) for k, n, c in cuts]
         return None
 
     def around(self, times: Array, first: HoldTrajectory, found: Steered | None = None) -> Steered | None:
@@ -121,22 +107,24 @@ class Course:
         """
         size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
         for _ in range(TRIES):
-            if time.perf_counter() > self.until:
-                return found
             cuts = [(k, n, c + room) for k, n, c in self._cuts(first, times, WIDE * size)]
-            motion = self.solve(times, cuts)
-            if motion is None:
+            if time.perf_counter() > self.until or (motion := self.solve(times, cuts)) is None:
                 return found
-            path = self.joints(motion, times)
-            clear = link_clearance(self.passage.workspace, path)
-            short = clear.short(self.passage.workspace.maneuver, size)
+            now, short = self._looked_at(motion, times)
             if short > 0:
                 room += 1.3 * short
-            elif found is None or motion.peak() < (1 - WORTH) * found.peak:
-                first, found = motion, Steered(self, times, motion, path)
+            elif found is None or now.peak < (1 - WORTH) * found.peak:
+                first, found = motion, now
             else:
                 return found
         return found
+
+    def _looked_at(self, motion: HoldTrajectory, times: Array) -> tuple[Steered, float]:
+        """The motion with its joints, and by how much [m] it does not keep what is asked."""
+        path, workspace = self.joints(motion, times), self.passage.workspace
+        return Steered(self, times, motion, path), link_clearance(workspace, path).short(
+            workspace.maneuver, workspace.size
+        )
 
     def edges(self, times: Array) -> Array:
         """Ends of the holds [scaled], (steps+1,)."""
@@ -144,11 +132,8 @@ class Course:
 
     def joints(self, motion: HoldTrajectory, times: Array) -> JointPath:
         """The joints' motion, which turns the elbow over where that is asked for."""
-        passage = self.passage
-        if self.turn is None:
-            return JointPath(passage.workspace.chain, motion, (0, 1), passage.elbow, (), None, passage.theta[0])
-        at = float(times[self.turn[0]]) * self.past.duration
-        return JointPath(passage.workspace.chain, motion, (0, 1), passage.elbows[0], (at,), None, passage.theta[0])
+        changes = () if self.turn is None else (float(times[self.turn[0]]) * self.past.duration,)
+        return self.passage.joints(motion, changes)
 
     def _cuts(self, motion: HoldTrajectory, times: Array, near: float) -> list[Cut]:
         """Half-planes that keep every node that is near or inside something on the outside of it, to first order."""
@@ -183,55 +168,19 @@ class Course:
 
     def solve(self, times: Array, cuts: list[Cut]) -> HoldTrajectory | None:
         """The motion of least peak at these times with these cuts; None where the solver finds none."""
-        mass, chain = self.mass, self.passage.workspace.chain
-        edges = self.edges(times)
-        problem = HoldProblem(mass, self.circle, times, edges)
-        v, kappa = cp.Variable((len(edges) - 1, 2)), cp.Variable()
-        b, rows = mass.targets(times), problem.rows
-        size = 1.0 / (mass.floor(times) or 1.0)
-        unit = kappa * size
-        constraints = [*self.circle.constraints(v), rows[:2] @ v == unit * b[:2]]
-        for i in range(mass.walls):
-            s = cp.Variable(nonneg=True)
-            beyond = s * mass.free[i] if mass.clear[i] else np.zeros(2)
-            constraints.append(rows[2 + i] @ v == unit * b[2 + i] + beyond)
-            if np.isfinite(mass.width[i]):
-                constraints.append(s <= unit * mass.width[i])
-        r, speed = cp.Variable((len(edges), 2)), cp.Variable((len(edges), 2))
-        dt = np.diff(edges)[:, None] @ np.ones((1, 2))
-        constraints += [
-            r[0] == 0,
-            speed[0] == unit * mass.v0,
-            speed[1:] == speed[:-1] + cp.multiply(dt, v),
-            r[1:] == r[:-1] + cp.multiply(dt, speed[:-1]) + cp.multiply(dt**2 / 2, v),
-        ]
-        base = (chain.base - mass.origin) / mass.length
-        outer = chain.reach[1] * (1 - RADIUS) / mass.length
+        mass, chain, edges = self.mass, self.passage.workspace.chain, self.edges(times)
+        program = StateProgram(mass, self.circle, times, edges)
         inside = np.ones(len(edges), dtype=bool)
         inside[[0, -1]] = False
         if self.turn is not None:
             k = int(np.argmin(np.abs(edges - times[self.turn[0]])))
             inside[k] = False
-            constraints.append(speed[k] @ self.turn[1] == 0)
+            program.constraints.append(program.velocity[k] @ self.turn[1] == 0)
         nodes = np.flatnonzero(inside)
-        constraints.append(
-            cp.SOC(unit * outer * np.ones(len(nodes)), r[nodes] - unit * np.tile(base, (len(nodes), 1)), axis=1)
-        )
-        kept = [(k, n, c) for k, n, c in cuts if inside[k]]
-        if kept:
-            normals = np.array([n for _, n, _ in kept])
-            levels = (np.array([c for _, _, c in kept]) - normals @ mass.origin) / mass.length
-            constraints.append(cp.sum(cp.multiply(normals, r[[k for k, _, _ in kept]]), axis=1) >= unit * levels)
-        program = cp.Problem(cp.Maximize(kappa), constraints)
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                program.solve(solver="CLARABEL", **OPTIONS["CLARABEL CAREFUL"])
-        except (cp.SolverError, ValueError, ArithmeticError):
-            return None
-        if v.value is None or kappa.value is None or not kappa.value > 1e-9:
-            return None
-        _, control = problem.upper(v.value / (kappa.value * size))
+        base = np.tile((chain.base - mass.origin) / mass.length, (len(nodes), 1))
+        program.within(program.position[nodes] - program.kappa * base, chain.reach[1] * (1 - RADIUS) / mass.length)
+        program.keep([cut for cut in cuts if inside[cut[0]]])
+        control = program.solve().control
         if control is None:
             return None
         state = self.past.start

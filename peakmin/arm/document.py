@@ -10,12 +10,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..costate import CostateTrajectory
-from ..document import COSTATE_ARRAYS, array, digest, leaves_of, listed_leaves, listed_times, number
+from ..document import COSTATE_ARRAYS, array, digest, leaves_of, listed_leaves, listed_times, motion_of, number
 from ..errors import SpecError
 from ..obstacles import Wall
 from ..plan import Made
-from ..spec import Maneuver
-from ..trajectory import HoldTrajectory, Trajectory
 from .clearance import link_clearance
 from .joints import JointPath
 from .passage import Line, Order, Passage, passages
@@ -118,7 +116,9 @@ def _plan(data: dict[str, Any]) -> ArmPlan:
     chosen = known[tuple(data["indices"])]
     if "path" in data:
         made = data["path"]
-        motion = _motion(data, chosen.maneuver)
+        motion = motion_of(data, chosen.maneuver)
+        if motion is None:
+            raise ValueError("joints without a motion")
         links, pair = workspace.chain.links, tuple(made["pair"])
         if len(pair) != 2 or not all(type(k) is int and 0 <= k < links for k in pair) or pair[0] >= pair[1]:
             raise ValueError("a pair of links is none")
@@ -149,19 +149,6 @@ def _plan(data: dict[str, Any]) -> ArmPlan:
         proof,
         Made(**data["made"]),
     )
-
-
-def _motion(data: dict[str, Any], maneuver: Maneuver) -> Trajectory:
-    start = np.array(maneuver.start.position), np.array(maneuver.start.velocity)
-    if "costate" in data:
-        nodes = array(data["costate"]["nodes"])
-        k = len(nodes) - 1
-        arrays = {name: array(data["costate"][name], (k,) if name == "size" else (k, 2)) for name in COSTATE_ARRAYS}
-        if np.any(arrays["size"] < 0):
-            raise ValueError("a size is below zero")
-        return CostateTrajectory(nodes, **arrays, start_position=start[0], start_velocity=start[1])
-    nodes = array(data["times"])
-    return HoldTrajectory(nodes, array(data["acceleration"], (len(nodes) - 1, 2)), *start)
 
 
 def _passage_of(data: dict[str, Any], known: dict[tuple[int, int], Passage]) -> PassageProof:

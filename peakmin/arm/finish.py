@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..answer import Status
 from ..arrays import Array
 from ..check import check
-from ..plan import Made, Status
+from ..plan import Made
 from ..spec import Maneuver, Settings
 from .clearance import link_clearance
 from .joints import JointPath
@@ -31,10 +32,11 @@ def finished(
     path: JointPath | None,
     peak: float,
     proof: ArmProof,
+    bound: float,
     made: Made,
 ) -> ArmPlan:
-    """The plan, solved only if its motion passes every check. Times [s], peak [m/s^2]."""
-    bound, clear, limit = proof.bound(workspace.maneuver), None, workspace.maneuver.max_peak or math.inf
+    """The plan, solved only if its motion passes every check. Times [s], peak and the proof's bound [m/s^2]."""
+    clear, limit = None, workspace.maneuver.max_peak or math.inf
     kept = False
     ends = path is not None and begins(passage, path) and lands(workspace, path)
     if path is not None and not (ends and check(crossing, path.motion, times, peak).passed):

@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
 from ..arrays import Array
 from ..trajectory import Trajectory
@@ -133,9 +133,8 @@ class JointPath:
         """A bound on |s''| on each interval [m/s^2], shape (m,): |r''| + sum c_k (theta_k'^2 + |theta_k''|)."""
         out = np.full(len(low), self.motion.peak())
         for column, k in enumerate(self.rest):
-            assert self.others is not None
-            turned = np.maximum(*np.abs(self.others(np.stack([low, high]), 2)[..., column]))
-            out = out + self.chain.c[k] * (self._fastest(low, high, column) ** 2 + turned)
+            turned = self._largest(low, high, column, 2)
+            out = out + self.chain.c[k] * (self._largest(low, high, column, 1) ** 2 + turned)
         return out
 
     def spread(self, low: Array, high: Array) -> Array:
@@ -145,7 +144,7 @@ class JointPath:
         radius = half * speed + half**2 / 2 * self.motion.peak()
         out = np.zeros((len(low), self.chain.links))
         for column, k in enumerate(self.rest):
-            out[:, k] = half * self._fastest(low, high, column)
+            out[:, k] = half * self._largest(low, high, column, 1)
             radius = radius + self.chain.c[k] * out[:, k]
         left = self.left(middle)
         out[:, list(self.pair)] = self.two.spread(left, radius * (1 + 1e-9))
@@ -161,25 +160,18 @@ class JointPath:
         apart = np.abs((both[0] - both[1] + np.pi) % (2 * np.pi) - np.pi)
         return np.asarray(np.minimum(apart + self.two.spread(left, radius * (1 + 1e-9)), np.pi))
 
-    def _fastest(self, low: Array, high: Array, column: int) -> Array:
-        """A bound on |theta_k'| on each interval: at an end or where theta_k'' is zero."""
+    def _largest(self, low: Array, high: Array, column: int, order: int) -> Array:
+        """The largest |derivative of that order of theta_k| on each interval: at an end, at a knot, or where the next
+        derivative is zero.
+        """
         assert self.others is not None
-        speed = self.others.derivative(1)
-        t = np.unique(np.concatenate([self.others.x, np.ravel(_roots(self.others, column))]))
-        value = np.abs(speed(t)[:, column])
-        out = np.maximum(np.abs(speed(low)[:, column]), np.abs(speed(high)[:, column]))
-        for at, size in zip(t.tolist(), value.tolist(), strict=True):
+        value, after = self.others.derivative(order), self.others.derivative(order + 1)
+        roots = PPoly(after.c[..., column], after.x).roots(extrapolate=False)
+        t = np.unique(np.concatenate([self.others.x, roots[np.isfinite(roots)]]))
+        out = np.maximum(np.abs(value(low)[:, column]), np.abs(value(high)[:, column]))
+        for at, size in zip(t.tolist(), np.abs(value(t)[:, column]).tolist(), strict=True):
             out = np.where((low <= at) & (at <= high), np.maximum(out, size), out)
         return np.asarray(out)
-
-
-def _roots(spline: CubicSpline, column: int) -> Array:
-    """Where the second derivative of one column of a spline is zero."""
-    from scipy.interpolate import PPoly
-
-    second = spline.derivative(2)
-    roots = PPoly(second.c[..., column], second.x).roots(extrapolate=False)
-    return np.asarray(roots[np.isfinite(roots)])
 
 
 def steadiest(chain: Chain, start: Array, goal: Array) -> tuple[tuple[int, int], float] | None:

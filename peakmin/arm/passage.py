@@ -13,6 +13,8 @@ from ..arrays import Array
 from ..frame import Frame
 from ..obstacles import Wall
 from ..spec import Maneuver, State
+from ..trajectory import Trajectory
+from .joints import JointPath
 from .kinematics import unit
 from .spec import postures
 from .workspace import Sheets, Workspace
@@ -87,6 +89,11 @@ class Passage:
     def elbow(self) -> float:
         """The elbow of a motion that keeps it."""
         return self.elbows[0] or self.elbows[1] or -1.0
+
+    def joints(self, motion: Trajectory, changes: tuple[float, ...] = ()) -> JointPath:
+        """The joints' motion of two links along a motion of the centre of mass, the elbow turning over at `changes`."""
+        elbow = self.elbows[0] if changes else self.elbow
+        return JointPath(self.workspace.chain, motion, (0, 1), elbow, changes, None, self.theta[0])
 
     @cached_property
     def sheets(self) -> Sheets:

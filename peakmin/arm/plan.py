@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..answer import Answer, Status, table_text
 from ..arrays import Array
-from ..check import check
-from ..plan import Made, Status
+from ..plan import Made
 from ..spec import Maneuver, Settings
 from ..trajectory import Trajectory
 from .clearance import LinkClearance
@@ -33,7 +30,7 @@ NEAR = 1e-3  # of the arm: how close to the margin counts as a contact
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ArmPlan:
+class ArmPlan(Answer):
     """A motion of an arm, from pose to pose.
 
     status: "solved" (checked, free of the obstacles, within reach and limits), "infeasible" (proved: every motion
@@ -66,18 +63,6 @@ class ArmPlan:
         return math.inf if self.clear is None else self.clear.least
 
     @property
-    def gap(self) -> float:
-        """(peak - lower_bound) / peak."""
-        if not math.isfinite(self.peak) or self.peak < self.lower_bound * (1 - 1e-9):
-            return 1.0
-        return (self.peak - self.lower_bound) / self.peak if self.peak else 0.0
-
-    @property
-    def peak_force(self) -> float:
-        """Peak base reaction force [N]."""
-        return self.crossing.mass * self.peak
-
-    @property
     def trajectory(self) -> Trajectory | None:
         """The motion of the centre of mass."""
         return None if self.joints is None else self.joints.motion
@@ -87,23 +72,6 @@ class ArmPlan:
             raise ValueError(f"this plan is {self.status}: it has no trajectory")
         return self.joints
 
-    @property
-    def times(self) -> Array:
-        """Nodes of the motion [s], shape (steps+1,); empty when there is none."""
-        return np.zeros(0) if self.joints is None else self.joints.motion.nodes
-
-    def position(self, t: ArrayLike) -> Array:
-        """Position of the centre of mass [m] at t [s], shape (...) -> (..., 2)."""
-        return self._path().motion.position(t)
-
-    def velocity(self, t: ArrayLike) -> Array:
-        """Velocity of the centre of mass [m/s] at t [s], shape (...) -> (..., 2)."""
-        return self._path().motion.velocity(t)
-
-    def acceleration(self, t: ArrayLike) -> Array:
-        """Acceleration of the centre of mass [m/s^2] at t [s], shape (...) -> (..., 2)."""
-        return self._path().motion.acceleration(t)
-
     def angles(self, t: ArrayLike) -> Array:
         """Joint angles [rad] at t [s], shape (...) -> (..., n)."""
         return self._path().angles(t)
@@ -112,10 +80,6 @@ class ArmPlan:
         """Position of the tip [m] at t [s], shape (...) -> (..., 2)."""
         path = self._path()
         return path.chain.tip(path.absolute(t))
-
-    def base_force(self, t: ArrayLike) -> Array:
-        """Force that the base exerts on the robot, m u(t) [N], shape (...) -> (..., 2); the robot's is its opposite."""
-        return self.crossing.mass * self.acceleration(t)
 
     def base_moment(self, t: ArrayLike) -> Array:
         """Moment about the first joint that the base exerts on the robot [N m], shape (...)."""
@@ -166,11 +130,6 @@ class ArmPlan:
                 out.append(f"arm.links[{k}].max_speed: the joint reaches {fastest:.6g} rad/s")
         return out
 
-    def check(self) -> Any:
-        """Propagate the control anew and compare with what the plan states."""
-        assert self.trajectory is not None
-        return check(self.crossing, self.trajectory, self.obstacle_times, self.peak)
-
     def plot(self, ax: Axes | None = None) -> Axes:
         """The arm's poses over its obstacles; see `peakmin.arm.plots` for more."""
         from .plots import poses
@@ -182,10 +141,6 @@ class ArmPlan:
         from .document import of
 
         return of(self)
-
-    def to_json(self, *, indent: int | None = None) -> str:
-        """The plan as one JSON document."""
-        return json.dumps(self.document(), indent=indent, allow_nan=False)
 
     @classmethod
     def from_json(cls, text: str | bytes) -> ArmPlan:
@@ -204,20 +159,8 @@ class ArmPlan:
         t, n = self.times, len(self.maneuver.arm.links)
         rates = np.diff(self._path().rates(t)[1], axis=-1, prepend=0.0)
         columns = [t, self.angles(t), rates, self.torques(t), self.position(t), self.base_force(t), self.base_moment(t)]
-        head = [
-            "t",
-            *(f"{name}{k + 1}" for name in ("q", "dq", "tau") for k in range(n)),
-            "x",
-            "y",
-            "fx",
-            "fy",
-            "moment",
-        ]
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(head)
-        writer.writerows(np.column_stack(columns).tolist())
-        return out.getvalue()
+        names = [f"{name}{k + 1}" for name in ("q", "dq", "tau") for k in range(n)]
+        return table_text(["t", *names, "x", "y", "fx", "fy", "moment"], columns)
 
     def __repr__(self) -> str:
         return (

@@ -47,7 +47,8 @@ def redundant(workspace: Workspace, settings: Settings, began: float) -> ArmPlan
             workspace, JointPath(workspace.chain, motion, *pair, (), None, passage.theta[0]), passage.theta[1]
         )
     made = Made(settings.solver, least.count.compilations, least.count.solves, found.nodes, time.perf_counter() - began)
-    return finished(workspace, passage, settings, passage.maneuver, np.zeros(0), path, float(peak), proof, made)
+    bound = proof.bound(workspace.maneuver)
+    return finished(workspace, passage, settings, passage.maneuver, np.zeros(0), path, float(peak), proof, bound, made)
 
 
 def slowest(workspace: Workspace, path: JointPath, goal: Array) -> JointPath:

@@ -12,18 +12,19 @@ import itertools
 import math
 import time
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ..arrays import Array
 from ..branch import Certificate, certify
-from ..circle import Disc, Polygon
 from ..moments import PointMass
 from ..progress import Progress
 from ..spec import Maneuver
 from .course import Steered
 from .passage import Edge, Passage, passages
 from .proof import ArmProof, PassageProof, Touching
+from .spec import ArmManeuver
 from .tree import BOXES, PATIENCE, WORTH, Candidate, Tree
 from .turn import turn_on
 from .workspace import Workspace
@@ -37,19 +38,24 @@ SPLITS = 16  # arcs split before the rest is left to the tree
 
 @dataclass(frozen=True)
 class Found:
-    """lower <= the least peak of all free motions [m/s^2], with its proof.
+    """What a search found: the proof of a bound on all free motions, and motions.
 
     best: the best free motion met that keeps its elbow, or None;  steered: one that was kept out of everything node by
     node;  turned: one that turns its elbow over;  nearest: a motion that keeps its elbow and hits something.
     """
 
+    maneuver: ArmManeuver
     proof: ArmProof
     best: Candidate | None
     steered: Steered | None
     turned: Steered | None
     nearest: Candidate | None
     nodes: int
-    rounds: int
+
+    @cached_property
+    def bound(self) -> float:
+        """The proof's bound [m/s^2], evaluated anew."""
+        return self.proof.bound(self.maneuver)
 
 
 @dataclass
@@ -65,8 +71,8 @@ class _Arc:
 class ArmSearch:
     """The search over all passages of one maneuver of a two-link arm."""
 
-    def __init__(self, workspace: Workspace, gap: float, circle: Disc | Polygon) -> None:
-        self.workspace, self.gap, self.circle = workspace, gap, circle
+    def __init__(self, workspace: Workspace, gap: float) -> None:
+        self.workspace, self.gap = workspace, gap
         self.boxes = self.rounds = 0
         self.best: Candidate | None = None
         self.steered: Steered | None = None
@@ -123,7 +129,9 @@ class ArmSearch:
             first = min(trees.values(), key=lambda tree: tree.lower)
             last = first.last
             nearest = Candidate(first.passage, last.order, 0.0, last.past, last.certificate.times, last.bound)
-        return Found(ArmProof(tuple(proofs)), self.best, self.steered, self.turned, nearest, self.boxes, self.rounds)
+        return Found(
+            self.workspace.maneuver, ArmProof(tuple(proofs)), self.best, self.steered, self.turned, nearest, self.boxes
+        )
 
     def _alone(self, passage: Passage) -> bool:
         """Whether a tree of all motions is enough: without obstacles both elbows see the same."""
@@ -197,8 +205,6 @@ class ArmSearch:
             if not arc.past.walls or point or tries[arc.proof.edge] >= MOST_TURNS:
                 continue
             tries[arc.proof.edge] += 1
-            found = turn_on(
-                self.workspace, passage, arc.proof.edge, arc.certificate, arc.past, self.circle, self._until
-            )
+            found = turn_on(passage, arc.proof.edge, arc.certificate, arc.past, self._until)
             if found is not None and found.peak < self.upper:
                 self.turned = found

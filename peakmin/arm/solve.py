@@ -15,7 +15,6 @@ from ..progress import Progress
 from ..spec import GlobalSearch, Settings
 from .course import Steered
 from .finish import finished
-from .joints import JointPath
 from .passage import passages
 from .plan import ArmPlan
 from .redundant import redundant
@@ -42,8 +41,7 @@ def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress:
     assert isinstance(settings.search, GlobalSearch)
     if workspace.chain.links > 2:
         return redundant(workspace, settings, began)
-    circle = settings.circle.facing(0.0)
-    search = ArmSearch(workspace, settings.search.gap, circle)
+    search = ArmSearch(workspace, settings.search.gap)
     found = search.run(settings.rounds, settings.time_limit or math.inf, progress)
     plans = [_kept(workspace, settings, found, began)]
     plans += [_steered(workspace, settings, found, one, began) for one in (found.steered, found.turned)]
@@ -54,7 +52,7 @@ def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress:
     passage = passages(workspace)[0] if nothing is None else nothing.passage
     crossing = passage.maneuver if nothing is None else nothing.past
     none, made_so = np.zeros(len(crossing.walls)), _made(settings, found, began)
-    return finished(workspace, passage, settings, crossing, none, None, math.inf, found.proof, made_so)
+    return finished(workspace, passage, settings, crossing, none, None, math.inf, found.proof, found.bound, made_so)
 
 
 def _made(settings: Settings, found: Found, began: float, least: LeastPeak | None = None) -> Made:
@@ -81,11 +79,20 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float) 
         bracket, motion = least(times), least.motion(times)
         if motion is None:
             return plan
-        path = JointPath(workspace.chain, motion, (0, 1), passage.elbow, (), None, passage.theta[0])
+        path = passage.joints(motion)
         times = least.place(times) * past.duration
         peak = max(peak_of(bracket, settings.circle) * least.mass.unit, motion.peak())
         plan = finished(
-            workspace, passage, settings, past, times, path, peak, found.proof, _made(settings, found, began, least)
+            workspace,
+            passage,
+            settings,
+            past,
+            times,
+            path,
+            peak,
+            found.proof,
+            found.bound,
+            _made(settings, found, began, least),
         )
         if plan.clear is None:
             return plan
@@ -109,4 +116,6 @@ def _steered(
     course = replace(one.course, circle=settings.circle.facing(Frame.from_maneuver(one.course.past).angle))
     fine = replace(one, course=course).finer(settings.grid.steps) or one
     at, made = fine.times * course.past.duration, _made(settings, found, began)
-    return finished(workspace, course.passage, settings, course.past, at, fine.joints, fine.peak, found.proof, made)
+    return finished(
+        workspace, course.passage, settings, course.past, at, fine.joints, fine.peak, found.proof, found.bound, made
+    )

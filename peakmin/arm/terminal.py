@@ -10,6 +10,7 @@ from typing import Any
 from .. import files
 from ..errors import PeakminError
 from ..progress import Progress
+from ..words import opening
 from .compare import Row
 from .plan import ArmPlan
 from .simulate import Simulation
@@ -26,13 +27,7 @@ def describe(plan: ArmPlan) -> str:
 
 def facts(plan: ArmPlan) -> str:
     """The plan in words."""
-    lines = [f"{plan.status}: peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N"]
-    limit = plan.maneuver.max_peak
-    if limit is not None and plan.status != "solved":
-        proved = "no motion keeps it (proved)" if plan.status == "infeasible" else "not proved to be impossible"
-        lines.append(f"  max_peak        {limit:.9g} m/s²: {proved}")
-    lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for any motion of the arm")
-    lines.append(f"  gap             {plan.gap:.2e} of the peak")
+    lines = opening(plan, "any motion of the arm")
     for t, contact in zip(plan.contact_times, plan.contacts, strict=True):
         lines.append(f"  contact         {t:.6g} s: {contact}")
     if plan.joints is not None and plan.joints.chain.links == 2:

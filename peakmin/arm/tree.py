@@ -26,7 +26,6 @@ from ..spec import Maneuver
 from ..trajectory import Trajectory
 from .clearance import link_clearance
 from .course import Course, Steered, resampled
-from .joints import JointPath
 from .kinematics import unit
 from .lines import IDLE, SHALLOW, deepest, slid
 from .passage import Line, Order, Passage
@@ -151,7 +150,6 @@ class Tree:
             known = min(known, self.upper)
             left = 1 - min(self.lower, known) / known if known > 0 else 0.0
             stalled, gap = (0, left) if left < WORTH * gap else (stalled + 1, gap)
-
         if self.passage.keeps and math.isinf(min(upper, self.upper)) and self.lower < self._limit:
             self._steer(self.last)
 
@@ -184,11 +182,6 @@ class Tree:
         mass = PointMass.of(past)
         found = extremal(mass, times)
         return found.motion.in_units(mass), found.upper * mass.unit
-
-    def joints(self, motion: Trajectory) -> JointPath:
-        """The joints' motion that belongs to a motion of the centre of mass that keeps its elbow."""
-        passage = self.passage
-        return JointPath(self.workspace.chain, motion, (0, 1), passage.elbow, (), None, passage.theta[0])
 
     def _expand(self, node: Node, upper: float) -> Iterator[Node | None]:
         """The nodes that together stand for this one; it is closed where nothing can be done for it."""
@@ -288,7 +281,7 @@ class Tree:
             _, slack = self.samples(motion)
             short = -float(np.min(slack))
             if short <= 0:
-                clear = link_clearance(self.workspace, self.joints(motion))
+                clear = link_clearance(self.workspace, self.passage.joints(motion))
                 short = clear.short(self.workspace.maneuver, size)
                 if short <= 0:
                     self.best = Candidate(self.passage, node.order, lift, past, node.certificate.times, peak)

@@ -13,14 +13,13 @@ from scipy.optimize import minimize
 
 from ..arrays import Array
 from ..branch import Certificate
-from ..circle import Disc, Polygon
+from ..circle import Disc
 from ..moments import PointMass
 from ..obstacles import Wall
 from ..spec import Maneuver
 from .course import Course, Steered
 from .kinematics import unit
 from .passage import Edge, Passage
-from .workspace import Workspace
 
 COARSE = 40  # holds of the programs that place and instant are looked for with
 MOST_TRIALS = 40
@@ -30,12 +29,10 @@ ROOM = 0.02  # of the duration: least distance of the instant from the ends
 
 
 def turn_on(
-    workspace: Workspace,
     passage: Passage,
     edge: Edge,
     found: Certificate,
     past: Maneuver,
-    circle: Disc | Polygon,
     until: float,
 ) -> Steered | None:
     """The best free motion near the one that comes in over an arc; None where none is found free.
@@ -47,7 +44,7 @@ def turn_on(
     """
     if not len(found.times):
         return None
-    mass = PointMass.of(past)
+    mass, workspace = PointMass.of(past), passage.workspace
     place = found.best.motion.in_units(mass).position(found.times[0] * mass.time) - workspace.chain.base
     began = np.array([found.times[0], math.atan2(place[1], place[0])])
     best: list[tuple[float, Array]] = []
@@ -57,7 +54,7 @@ def turn_on(
         n = unit(angle)
         tip = workspace.chain.base + (outer if edge == "outer" else inner) * n
         touched = passage.maneuver.past([Wall(tip=tip, direction=-n, contact="touch")])
-        return Course(passage, touched, circle, steps, (0, n), until)
+        return Course(passage, touched, Disc(), steps, (0, n), until)
 
     def value(x: Array) -> float:
         if not ROOM < x[0] < 1 - ROOM or time.perf_counter() > until:
@@ -72,6 +69,7 @@ def turn_on(
     simplex[:, 0] = np.clip(simplex[:, 0], 2 * ROOM, 1 - 2 * ROOM)
     options = {"initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-6, "maxfev": MOST_TRIALS}
     minimize(value, simplex[0], method="Nelder-Mead", options=options)
+    least = min((peak for peak, _ in best), default=math.inf)
     made: list[Steered] = []
     tried: list[Array] = []
     for _, x in sorted(best, key=lambda one: one[0]):
@@ -81,12 +79,9 @@ def turn_on(
         here = course(float(x[1]))
         found_free = here.free(x[:1])
         if found_free is not None:
-            made.append(here.around(x[:1], found_free.motion, found_free) or found_free)
-            if made[-1].peak < (1 + GOOD) * best_of(best):
+            better = here.around(x[:1], found_free.motion, found_free)
+            assert better is not None
+            made.append(better)
+            if better.peak < (1 + GOOD) * least:
                 break
     return min(made, key=lambda one: one.peak, default=None)
-
-
-def best_of(tried: list[tuple[float, Array]]) -> float:
-    """The least peak met, whatever its motion hits [m/s^2]."""
-    return min(peak for peak, _ in tried)
