@@ -39,8 +39,9 @@ from .sweep import Sweep, sweep
 from .verify import Verification
 
 if TYPE_CHECKING:
+    from .arm.maneuver import ArmManeuver, ArmSpec
     from .arm.plan import ArmPlan
-    from .arm.spec import Arm, ArmManeuver, ArmSpec, Link, Pose
+    from .arm.spec import Arm, Link, Pose
     from .program import DirectProgram, FeasibilityProgram
 
 __version__ = _version("peakmin")
@@ -99,7 +100,8 @@ __all__ = [
 
 _LATER = {  # what takes time to import, by its module
     "program": ("DirectProgram", "FeasibilityProgram"),
-    "arm.spec": ("Arm", "ArmManeuver", "ArmSpec", "Link", "Pose"),
+    "arm.spec": ("Arm", "Link", "Pose"),
+    "arm.maneuver": ("ArmManeuver", "ArmSpec"),
     "arm.plan": ("ArmPlan",),
 }
 

@@ -13,8 +13,8 @@ from .verify import Verification
 from .verify import verify as verify_point
 
 if TYPE_CHECKING:
+    from .arm.maneuver import ArmManeuver, ArmSpec
     from .arm.plan import ArmPlan
-    from .arm.spec import ArmManeuver, ArmSpec
     from .plan import Plan
 
 
@@ -35,7 +35,7 @@ def solve(
     Raises:
         SpecError: when the settings do not fit the maneuver.
     """
-    from .arm.spec import ArmManeuver
+    from .arm.maneuver import ArmManeuver
 
     if isinstance(maneuver, ArmManeuver):
         from .arm.solve import solve_arm
@@ -67,6 +67,6 @@ def read_spec(path: str | Path) -> Spec | ArmSpec:
     data = load(read_file(path))
     if "arm" not in data:
         return Spec(**data)
-    from .arm.spec import ArmSpec
+    from .arm.maneuver import ArmSpec
 
     return ArmSpec(**data)

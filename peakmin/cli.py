@@ -169,7 +169,7 @@ def schema_command(
 ) -> None:
     """The JSON Schema of a spec file."""
     if arm:
-        from .arm.spec import ArmSpec
+        from .arm.maneuver import ArmSpec
 
         print(json.dumps(ArmSpec.model_json_schema(), indent=2))
     else:

@@ -185,8 +185,8 @@ class Settings(Model):
     Args:
         node_limit: boxes of obstacle times that a global search looks at before it stops with the gap it has.
         time_limit: seconds after which it stops likewise; default none.
-        rounds: ways past blocks, each with its walls, that are solved before the search stops likewise; it also stops
-            where the gap comes down no more.
+        rounds: ways past blocks, each with its walls, or problems of an arm's centre of mass past gaps, that are
+            solved before the search stops likewise; it also stops where the gap comes down no more.
     """
 
     circle: Circle = Disc()

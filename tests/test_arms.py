@@ -1,20 +1,24 @@
 """Arms: mapping, proofs of clearance, search with changes of elbow, simulation, files."""
 
+import dataclasses
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
+from scipy.interpolate import CubicSpline
 
 import peakmin as pm
 from peakmin.arm.clearance import link_clearance
 from peakmin.arm.compare import compare
 from peakmin.arm.course import Course
+from peakmin.arm.dynamics import torques
+from peakmin.arm.joints import JointPath
 from peakmin.arm.kinematics import Chain, Pair
+from peakmin.arm.maneuver import postures
 from peakmin.arm.passage import Turned, passages
 from peakmin.arm.simulate import simulate
-from peakmin.arm.spec import postures
 from peakmin.arm.workspace import BLOCKED, FREE, Sheets, Workspace
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -147,18 +151,18 @@ def test_stated_clearance_is_a_bound_and_close(two_link):
     assert two_link.clearance == found.least
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_no_free_motion_beats_the_bound(two_link, seed):
+def test_no_free_motion_beats_the_bound(two_link):
     """Motions by way of random places at random times, kept out of everything node by node."""
-    rng = np.random.default_rng(seed)
+    rng, found = np.random.default_rng(0), []
     (passage,) = passages(Workspace(two_link.maneuver))
-    places = rng.uniform([2.2, 0.4], [3.1, 1.6], (12, 2))
-    slack = passage.sheets.slack(places)
-    via = places[np.argmax(slack > 0)]
-    past = passage.maneuver.past([pm.Wall(tip=tuple(via), contact="touch")])
-    found = Course(passage, past, pm.Disc(), 40).free(rng.uniform(0.4, 0.7, 1))
-    if found is not None:
-        assert found.peak >= two_link.lower_bound
+    for _ in range(5):
+        places = rng.uniform([2.4, 1.2], [3.0, 1.7], (12, 2))
+        via = places[np.argmax(passage.sheets.slack(places) > 0)]
+        past = passage.maneuver.past([pm.Wall(tip=tuple(via), contact="touch")])
+        found.append(Course(passage, past, pm.Disc(), 40).free(rng.uniform(0.4, 0.7, 1)))
+    peaks = [one.peak for one in found if one is not None]
+    assert len(peaks) >= 3
+    assert min(peaks) >= two_link.lower_bound
 
 
 def test_a_path_to_an_edge_comes_in_over_its_segments():
@@ -166,8 +170,7 @@ def test_a_path_to_an_edge_comes_in_over_its_segments():
     (passage,) = passages(Workspace(small()))
     chain, rng = passage.workspace.chain, np.random.default_rng(0)
     first = np.array(passage.maneuver.start.position) - chain.base
-    inner, outer = 0.6 * np.hypot(*first), 1.3 * np.hypot(*first)
-    chain = Chain(chain.base, np.array([inner + outer, 1]), chain.mass, chain.com, chain.inertia, chain.half_width, 0)
+    met = dict.fromkeys(passage.edges, 0)
     for edge, radius in (("outer", passage.workspace.chain.reach[1]), ("inner", passage.workspace.chain.reach[0])):
         for _ in range(60):
             a = rng.uniform(-np.pi, np.pi)
@@ -190,6 +193,8 @@ def test_a_path_to_an_edge_comes_in_over_its_segments():
                 along = -np.array(wall.direction) / np.hypot(*wall.direction)
                 segments.append(shapely.LineString([tip, tip + wall.opening * along]))
             assert any(curve.distance(segment) < 1e-3 for segment in segments)
+            met[edge] += 1
+    assert min(met.values()) >= 20
 
 
 def test_the_elbow_turns_over_where_only_that_helps():
@@ -268,22 +273,21 @@ def test_limits_of_joints_are_reported():
 def test_the_base_feels_the_planned_force(name, request):
     plan = request.getfixturevalue(name)
     found = simulate(plan)
-    assert found.felt_peak == pytest.approx(found.planned_peak, rel=0.005)
-    assert found.error <= 0.01
+    assert found.agrees
+    assert found.felt_peak == pytest.approx(found.planned_peak, rel=5e-4)
+    assert found.error <= 5e-4
     assert found.drift < 1e-3
 
 
-def test_the_simulation_can_disagree(three_link):
-    """Torques of another arm drive it elsewhere."""
+def test_the_simulation_can_disagree(three_link, monkeypatch):
+    """Torques for links of twice the inertia drive the arm elsewhere."""
     path = three_link.joints
-    chain = path.chain
-    heavy = Chain(chain.base, chain.length, chain.mass, chain.com, chain.inertia * 1.5, chain.half_width, chain.payload)
-    object.__setattr__(path, "chain", heavy)
-    try:
-        torques = three_link.torques(np.array([0.5]))
-    finally:
-        object.__setattr__(path, "chain", chain)
-    assert np.max(np.abs(torques - three_link.torques(np.array([0.5])))) > 1e-3
+    chain = dataclasses.replace(path.chain, inertia=2 * path.chain.inertia)
+    wrong = torques(dataclasses.replace(path, chain=chain), np.linspace(0, 2, 20_000))
+    monkeypatch.setattr(type(three_link), "torques", lambda self, t: wrong)
+    found = simulate(three_link)
+    assert not found.agrees
+    assert found.error > 0.05
 
 
 def test_three_links_follow_the_best_path(three_link):
@@ -458,3 +462,22 @@ def test_full_turns_of_the_start_count():
     assert plan.status == "unknown"
     assert plan.angles(0.0) == pytest.approx(start.joints)
     assert plan.exceeded[0].startswith("arm.links[0].limits")
+
+
+def test_an_arm_spec_is_no_spec_of_a_centre_of_mass():
+    with pytest.raises(pm.SpecError, match=r"^arm: .*ArmSpec"):
+        pm.Spec.read(EXAMPLES / "two_link.json")
+
+
+def test_derivatives_of_free_angles_are_bounded_between_knots():
+    rng = np.random.default_rng(3)
+    knots = np.sort(np.concatenate([[0.0, 1.0], rng.uniform(0, 1, 5)]))
+    spline = CubicSpline(knots, rng.normal(size=(7, 1)), bc_type="clamped")
+    arm = pm.Arm(links=[pm.Link(length=1, mass=1)] * 3)
+    path = JointPath(Chain.of(arm), None, (0, 1), 1.0, (), spline, np.zeros(3))
+    low = np.linspace(0, 1, 8)[:-1]
+    for order in (1, 2):
+        bound = path._largest(low, low + 1 / 7, 0, order)
+        dense = np.abs(spline(low[:, None] + np.linspace(0, 1 / 7, 5001), order)[..., 0]).max(axis=1)
+        assert np.all(bound >= dense * (1 - 1e-12))
+        assert bound == pytest.approx(dense, rel=1e-2)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from .joints import JointPath
-from .spec import ArmManeuver
+from .maneuver import ArmManeuver
 from .workspace import Workspace
 
 FIRST = 200  # intervals looked at first

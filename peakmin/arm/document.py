@@ -16,10 +16,11 @@ from ..obstacles import Wall
 from ..plan import Made
 from .clearance import link_clearance
 from .joints import JointPath
+from .maneuver import ArmSpec
 from .passage import Line, Order, Passage, passages
 from .plan import ArmPlan
 from .proof import ArmProof, Branch, PassageProof, Touching, looked_at, split
-from .spec import ArmSpec, Task
+from .spec import Task
 from .workspace import Workspace
 
 MOST_DEEP = 200  # splits of a tree of gaps one below another

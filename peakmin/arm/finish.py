@@ -14,10 +14,10 @@ from ..plan import Made
 from ..spec import Maneuver, Settings
 from .clearance import link_clearance
 from .joints import JointPath
+from .maneuver import postures
 from .passage import Passage
 from .plan import ArmPlan
 from .proof import ArmProof
-from .spec import postures
 from .workspace import Workspace
 
 LANDED = 1e-5  # rad: close to a stretched arm angles go with the root of a distance

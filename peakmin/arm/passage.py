@@ -16,7 +16,7 @@ from ..spec import Maneuver, State
 from ..trajectory import Trajectory
 from .joints import JointPath
 from .kinematics import unit
-from .spec import postures
+from .maneuver import postures
 from .workspace import Sheets, Workspace
 
 FINEST = 1e-8  # of the arm: to which the gaps on a line are found

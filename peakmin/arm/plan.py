@@ -18,8 +18,8 @@ from ..trajectory import Trajectory
 from .clearance import LinkClearance
 from .dynamics import base_moment, torques
 from .joints import JointPath
+from .maneuver import ArmManeuver
 from .proof import ArmProof
-from .spec import ArmManeuver
 from .workspace import Contact, Workspace
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from typing import Literal
 
 from ..certify import Leaf, global_bound
 from ..moments import PointMass
+from .maneuver import ArmManeuver
 from .passage import Edge, Line, Order, Passage, Through, Turned, passages
-from .spec import ArmManeuver
 from .workspace import Workspace
 
 

@@ -22,9 +22,9 @@ from ..moments import PointMass
 from ..progress import Progress
 from ..spec import Maneuver
 from .course import Steered
+from .maneuver import ArmManeuver
 from .passage import Edge, Passage, passages
 from .proof import ArmProof, PassageProof, Touching
-from .spec import ArmManeuver
 from .tree import BOXES, PATIENCE, WORTH, Candidate, Tree
 from .turn import turn_on
 from .workspace import Workspace

@@ -15,11 +15,11 @@ from ..progress import Progress
 from ..spec import GlobalSearch, Settings
 from .course import Steered
 from .finish import finished
+from .maneuver import ArmManeuver, check_arm
 from .passage import passages
 from .plan import ArmPlan
 from .redundant import redundant
 from .search import ArmSearch, Found
-from .spec import ArmManeuver, check_arm
 from .tree import FIRST_LIFT, LIFTS, Candidate
 from .workspace import Workspace
 

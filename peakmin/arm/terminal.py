@@ -12,9 +12,9 @@ from ..errors import PeakminError
 from ..progress import Progress
 from ..words import opening
 from .compare import Row
+from .maneuver import ArmSpec
 from .plan import ArmPlan
 from .simulate import Simulation
-from .spec import ArmSpec
 
 
 def describe(plan: ArmPlan) -> str:

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
 
 from ..arrays import Array
 from .kinematics import Chain, Pair
-from .spec import ArmManeuver
+
+if TYPE_CHECKING:
+    from .maneuver import ArmManeuver
 
 FREE, OPEN, BLOCKED = 1, 0, -1
 PROBES = np.linspace(0.1, 0.9, 5)  # fractions of a link's part inside an obstacle at which its depth is looked for
