@@ -13,6 +13,7 @@ from .workspace import Workspace
 
 FIRST = 200  # intervals looked at first
 FINE = 1e-6  # of the arm: to which the least distance is found
+ROUGH = 0.02  # of what is missing: to which it is found where it is less than the margin
 EDGE = 1e-9  # of the arm: to which touching an edge of the annulus counts as staying within
 JUMP, HALVINGS = 0.05, 9  # rad between instants a millionth of the duration apart count as a jump
 UNSTEADY = 0.01  # of the arm: what a path whose joints jump is moved by
@@ -41,6 +42,8 @@ class LinkClearance:
 def link_clearance(workspace: Workspace, path: JointPath) -> LinkClearance:
     """The distance of every link from every obstacle over the motion, to a millionth of the arm.
 
+    Where it is less than the margin it is found less exactly.
+
     On an interval a link is no nearer than it is at the middle less what it may move there, `Workspace.swept`.
     """
     within, calm = reach_clearance(path), steady(path)
@@ -48,7 +51,7 @@ def link_clearance(workspace: Workspace, path: JointPath) -> LinkClearance:
         return LinkClearance(np.inf, 0.0, within, calm)
     cuts = np.union1d(np.linspace(0, path.duration, FIRST + 1), path.changes)
     low, high = cuts[:-1], cuts[1:]
-    fine = FINE * workspace.size
+    size, margin = workspace.size, workspace.maneuver.margin
     least, at, proved, count = np.inf, 0.0, np.inf, 0
     while len(low):
         count += len(low)
@@ -59,6 +62,7 @@ def link_clearance(workspace: Workspace, path: JointPath) -> LinkClearance:
         if np.min(now) < least:
             least, at = float(np.min(now)), float(middle[np.argmin(now)])
         bound = np.min(links - workspace.swept(path.spread(low, high)), axis=1)
+        fine = max(FINE * size, ROUGH * (margin - least) if least < margin else 0.0)
         done = (bound >= least - fine) | (high - low <= 1e-9 * path.duration) | (count > MOST)
         proved = min(proved, float(np.min(bound[done], initial=np.inf)))
         low, middle, high = low[~done], middle[~done], high[~done]
@@ -80,9 +84,10 @@ def reach_clearance(path: JointPath) -> float:
         count += len(low)
         a, b = path.left(low), path.left(high)
         bend = path.bend(low, high) * (high - low) ** 2 / 8
-        ends = np.maximum(np.hypot(*a.T), np.hypot(*b.T))
-        room = np.minimum(pair.outer - ends, _nearest(a, b) - pair.inner if pair.inner > 0 else np.inf)
-        least = min(least, float(np.min(room)))
+        ends = np.hypot(*np.stack([a, b]).transpose(2, 0, 1))
+        inner = pair.inner if pair.inner > 0 else -np.inf
+        room = np.minimum(pair.outer - np.max(ends, axis=0), _nearest(a, b) - inner)
+        least = min(least, float(np.min(np.minimum(pair.outer - ends, ends - inner))))  # at instants, not on chords
         done = (room - bend >= least - fine) | (bend <= fine / 2) | (count > MOST)
         proved = min(proved, float(np.min((room - bend)[done], initial=np.inf)))
         low, high = low[~done], high[~done]

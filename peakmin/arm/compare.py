@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly
 from scipy.optimize import minimize
 
@@ -21,9 +20,9 @@ from ..arrays import Array
 from .clearance import link_clearance
 from .kinematics import unit
 from .plan import ArmPlan
+from .polynomial import SAMPLES, Polynomial
 from .workspace import Workspace
 
-SAMPLES = 4000  # of a motion when its peak is looked for
 RESTARTS = 4  # of a simplex that has shrunk too early
 APART = 0.02  # of the duration: least distance of contact times
 
@@ -40,33 +39,6 @@ class Row:
     force: float
     ratio: float
     clearance: float
-
-
-@dataclass(frozen=True)
-class Polynomial:
-    """A motion of the centre of mass in polynomial pieces, as a trajectory."""
-
-    pieces: BPoly
-
-    @property
-    def nodes(self) -> Array:
-        return np.asarray(self.pieces.x)
-
-    def position(self, t: ArrayLike) -> Array:
-        return np.asarray(self.pieces(np.asarray(t, dtype=float)))
-
-    def velocity(self, t: ArrayLike) -> Array:
-        return np.asarray(self.pieces.derivative(1)(np.asarray(t, dtype=float)))
-
-    def acceleration(self, t: ArrayLike) -> Array:
-        return np.asarray(self.pieces.derivative(2)(np.asarray(t, dtype=float)))
-
-    def peak(self) -> float:
-        """Largest |acceleration| at SAMPLES + 1 instants [m/s^2]."""
-        return float(np.max(np.hypot(*self.acceleration(np.linspace(0, self.nodes[-1], SAMPLES + 1)).T)))
-
-    def panels(self) -> Array:
-        return self.nodes
 
 
 def compare(plan: ArmPlan) -> list[Row]:

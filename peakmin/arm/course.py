@@ -21,8 +21,9 @@ from ..grid import Aligned
 from ..moments import PointMass
 from ..spec import Maneuver
 from ..states import StateProgram
-from ..trajectory import HoldTrajectory
+from ..trajectory import HoldTrajectory, Trajectory
 from .clearance import link_clearance
+from .flood import Way
 from .joints import JointPath
 from .passage import Passage
 from .workspace import Sheets
@@ -32,6 +33,7 @@ FIRST_ROOM = 3e-6  # of the arm: asked more than needed at first
 WIDE, WORTH = 0.3, 1e-3  # of the arm: what counts as near to a node; relative gain worth another round
 CLOSE = 1e-3  # of the arm: how close to its base a folded arm comes at most on such a course
 STEP = 1e-6  # of the arm: for the slope of a clearance
+COARSE = 60  # holds of a motion that is looked for first
 RADIUS = 1e-7  # of the reach: by which the outer edge is drawn in, for what bends outwards between nodes
 
 Cut = tuple[int, Array, float]  # node, n, c: n . r >= c [m]
@@ -97,13 +99,13 @@ class Course:
             cuts = [(k, n, c + room) for k, n, c in cuts]
         return None
 
-    def around(self, times: Array, first: HoldTrajectory, found: Steered | None = None) -> Steered | None:
+    def around(self, times: Array, first: Trajectory, found: Steered | None = None) -> Steered | None:
         """The best free motion that solving again and again past what the nodes are near to leads to; None if none.
 
         Each time the half-planes are those of the motion before, which lies in all of them.
 
         Args:
-            first: a motion on the same grid that is free or nearly;  found: the best that is known.
+            first: a motion that is free or nearly;  found: the best that is known.
         """
         size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
         for _ in range(TRIES):
@@ -130,23 +132,23 @@ class Course:
         """Ends of the holds [scaled], (steps+1,)."""
         return Aligned(steps=self.steps).edges(times)
 
-    def joints(self, motion: HoldTrajectory, times: Array) -> JointPath:
+    def joints(self, motion: Trajectory, times: Array) -> JointPath:
         """The joints' motion, which turns the elbow over where that is asked for."""
         changes = () if self.turn is None else (float(times[self.turn[0]]) * self.past.duration,)
         return self.passage.joints(motion, changes)
 
-    def _cuts(self, motion: HoldTrajectory, times: Array, near: float) -> list[Cut]:
+    def _cuts(self, motion: Trajectory, times: Array, near: float) -> list[Cut]:
         """Half-planes that keep every node that is near or inside something on the outside of it, to first order."""
-        workspace, r = self.passage.workspace, motion.node_position
-        path, (inner, _) = self.joints(motion, times), workspace.chain.reach
-        signs = path.elbows(motion.nodes)
+        workspace, t = self.passage.workspace, self.edges(times) * self.past.duration
+        r, (inner, _) = motion.position(t), workspace.chain.reach
+        signs = self.joints(motion, times).elbows(t)
         out: list[Cut] = []
         s = r - workspace.chain.base
         rho, inner = np.hypot(*s.T), max(inner, CLOSE * workspace.size)
         for k in np.flatnonzero(rho < inner + near):
             n = s[k] / (rho[k] or 1.0)
             if np.min(rho) < CLOSE * workspace.size:  # over the base: to one side of it
-                v = motion.node_velocity[np.argmin(rho)]
+                v = motion.velocity(t[np.argmin(rho)])
                 n = np.array([-v[1], v[0]]) / (np.hypot(*v) or 1.0)
             out.append((int(k), n, inner + float(n @ workspace.chain.base)))
         if not workspace.maneuver.obstacles:
@@ -187,3 +189,15 @@ class Course:
         return HoldTrajectory(
             edges * mass.time, control * mass.unit, np.array(state.position), np.array(state.velocity)
         )
+
+
+def steered(passage: Passage, past: Maneuver, times: Array, way: Way | None, until: float) -> Steered | None:
+    """A free motion that keeps its elbow: past walls at about these times [scaled], or near a way that is free."""
+    found = Course(passage, past, Disc(), COARSE, until=until).free(np.clip(times, 1e-3, 1 - 1e-3))
+    # the walls have shown the way; without them it can be better
+    alone, none = Course(passage, passage.maneuver, Disc(), COARSE, until=until), np.zeros(0)
+    tries: list[Trajectory] = [way.motion] if way is not None else []
+    if found is not None:
+        tries.insert(0, resampled(found.motion, alone.edges(none)))
+    made = [found, *(alone.around(none, one) for one in tries)]
+    return min((one for one in made if one is not None), key=lambda one: one.peak, default=None)

@@ -15,6 +15,7 @@ from ..errors import SpecError
 from ..obstacles import Wall
 from ..plan import Made
 from .clearance import link_clearance
+from .flood import FLOODS
 from .joints import JointPath
 from .maneuver import ArmSpec
 from .passage import Line, Order, Passage, passages
@@ -56,6 +57,7 @@ def of(plan: ArmPlan) -> dict[str, Any]:
         "joints": plan.angles(t).tolist() if motion else [],
         "walls": [json.loads(wall.to_json()) for wall in plan.crossing.walls],
         "proof": [_passage(one) for one in plan.proof.passages],
+        "flooded": plan.proof.cells,
         "spec": json.loads(spec.to_json()),
     }
     if isinstance(motion, CostateTrajectory):
@@ -111,7 +113,10 @@ def _plan(data: dict[str, Any]) -> ArmPlan:
     if data["status"] not in ("solved", "infeasible", "unknown"):
         raise ValueError("unknown status")
     known = {passage.indices: passage for passage in passages(workspace)}
-    proof = ArmProof(tuple(_passage_of(one, known) for one in data["proof"]))
+    cells = data["flooded"]
+    if type(cells) is not int or cells not in (0, *FLOODS) or (cells and workspace.chain.links > 2):
+        raise ValueError("cells of a flood are not as many as one has")
+    proof = ArmProof(tuple(_passage_of(one, known) for one in data["proof"]), cells)
     walls = tuple(Wall(**wall) for wall in data["walls"])
     motion, path, clear = None, None, None
     chosen = known[tuple(data["indices"])]

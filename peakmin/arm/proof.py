@@ -11,6 +11,8 @@ Turned over: a path that touches the outer edge on an arc comes in over the arc'
 edge on an arc comes in over one of the two tangents at the arc's ends, each up to where they meet. Either is a wall's
 opening that is crossed at some time. Where neither start nor goal lies outside, there is no wall and M is that of the
 way without any. A tree of gaps bounds these paths too, if a place counts as blocked only where both elbows are.
+
+Where start and goal lie in parts of the joint space that are proved apart (`peakmin.arm.flood`), there is no motion.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from typing import Literal
 
 from ..certify import Leaf, global_bound
 from ..moments import PointMass
+from .flood import Flood, flood
 from .maneuver import ArmManeuver
 from .passage import Edge, Line, Order, Passage, Through, Turned, passages
 from .workspace import Workspace
@@ -111,9 +114,10 @@ class PassageProof:
     touching: tuple[Touching, ...]
     whole: Branch | None
 
-    def bound(self, passage: Passage) -> float:
+    def bound(self, passage: Passage, flooded: Flood | None = None) -> float:
         """The bound [m/s^2], evaluated anew; zero where some motion is left out.
 
+        flooded: tells whether there are motions that keep their elbow.
         More than two links: by the centre of mass's maneuver alone, whatever stands in the way.
         """
         if passage.workspace.chain.links > 2:
@@ -121,7 +125,7 @@ class PassageProof:
         every = 0.0 if self.whole is None else self.whole.bound(passage.whole, ())
         around = all(self._around(edge) for edge in passage.edges)
         parts = [one.bound(passage) for one in self.touching] if around else [0.0]
-        if passage.keeps:
+        if passage.keeps and not (flooded is not None and flooded.parts(passage.theta, passage.elbow)):
             parts.append(0.0 if self.kept is None else self.kept.bound(passage, ()))
         return max(every, min(parts))
 
@@ -137,15 +141,22 @@ class PassageProof:
 
 @dataclass(frozen=True)
 class ArmProof:
-    """Why no motion of the arm has a smaller peak, for every start and goal configuration that the poses allow."""
+    """Why no motion of the arm has a smaller peak, for every start and goal configuration that the poses allow.
+
+    cells: to a turn, in the flood of joint space that tells which motions there are none of; 0 without one.
+    """
 
     passages: tuple[PassageProof, ...]
+    cells: int = 0
     scope: Literal["all"] = "all"
 
     def bound(self, maneuver: ArmManeuver) -> float:
         """The lower bound [m/s^2], evaluated anew; zero where some motion is left out, infinite where there is none."""
-        least, own = math.inf, {one.indices: one for one in self.passages}
-        for passage in passages(Workspace(maneuver)):
+        least, own, workspace = math.inf, {one.indices: one for one in self.passages}, Workspace(maneuver)
+        flooded = flood(workspace, self.cells) if self.cells else None
+        for passage in passages(workspace):
+            if flooded is not None and flooded.parts(passage.theta):
+                continue
             proof = own.get(passage.indices)
-            least = min(least, 0.0 if proof is None else proof.bound(passage))
+            least = min(least, 0.0 if proof is None else proof.bound(passage, flooded))
         return least

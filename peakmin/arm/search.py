@@ -22,11 +22,12 @@ from ..moments import PointMass
 from ..progress import Progress
 from ..spec import Maneuver
 from .course import Steered
+from .flood import Flood, Way, settled
 from .maneuver import ArmManeuver
 from .passage import Edge, Passage, passages
 from .proof import ArmProof, PassageProof, Touching
 from .tree import BOXES, PATIENCE, WORTH, Candidate, Tree
-from .turn import turn_on
+from .turn import turn_along, turn_on
 from .workspace import Workspace
 
 ARCS, FEWEST = 6, 3  # of each edge at first
@@ -77,6 +78,7 @@ class ArmSearch:
         self.best: Candidate | None = None
         self.steered: Steered | None = None
         self.turned: Steered | None = None
+        self._flood: Flood | None = None
         self._most, self._until = 0, math.inf
         self._progress: Progress | None = None
 
@@ -94,10 +96,13 @@ class ArmSearch:
         """Search until the gap is reached or comes down no more, or for so many rounds and seconds."""
         self._until, self._most, self._progress = time.perf_counter() + time_limit, rounds, progress
         every = passages(self.workspace)
+        if self.workspace.maneuver.obstacles:
+            self._flood = settled(self.workspace, [(one.theta, one.elbow if one.keeps else None) for one in every])
+        every = [one for one in every if self._joined(one)]
         trees = {
-            passage.indices: Tree(self._seen(passage), self.gap, self._certify, self._until)
-            for passage in every
-            if passage.keeps
+            one.indices: Tree(self._seen(one), self.gap, self._certify, self._until, self._way(one, one.elbow))
+            for one in every
+            if one.keeps and self._joined(one, one.elbow)
         }
         for tree in sorted(trees.values(), key=lambda tree: tree.lower):
             tree.run(self.upper, self._over)
@@ -129,9 +134,17 @@ class ArmSearch:
             first = min(trees.values(), key=lambda tree: tree.lower)
             last = first.last
             nearest = Candidate(first.passage, last.order, 0.0, last.past, last.certificate.times, last.bound)
-        return Found(
-            self.workspace.maneuver, ArmProof(tuple(proofs)), self.best, self.steered, self.turned, nearest, self.boxes
-        )
+        proof = ArmProof(tuple(proofs), 0 if self._flood is None else self._flood.cells)
+        return Found(self.workspace.maneuver, proof, self.best, self.steered, self.turned, nearest, self.boxes)
+
+    def _joined(self, passage: Passage, elbow: float | None = None) -> bool:
+        """Whether a motion, or one that keeps this elbow, is not proved impossible."""
+        return self._flood is None or not self._flood.parts(passage.theta, elbow)
+
+    def _way(self, passage: Passage, elbow: float | None = None) -> Way | None:
+        """A way of free configurations, if one is known."""
+        way = None if self._flood is None else self._flood.way(passage.theta, elbow)
+        return None if way is None else Way(self.workspace, way, self.workspace.maneuver.duration)
 
     def _alone(self, passage: Passage) -> bool:
         """Whether a tree of all motions is enough: without obstacles both elbows see the same."""
@@ -197,6 +210,9 @@ class ArmSearch:
 
     def _turn(self, passage: Passage, arcs: list[_Arc]) -> None:
         """Free motions of this passage that turn the elbow over, the cheapest bound first."""
+        way = self._way(passage)
+        if way is not None and (found := turn_along(passage, way, self._until)) is not None and found.peak < self.upper:
+            self.turned = found
         tries = {"outer": 0, "inner": 0}
         for arc in sorted(arcs, key=lambda arc: arc.bound):
             if arc.bound >= self.enough or time.perf_counter() > self._until:

@@ -19,13 +19,13 @@ import numpy as np
 from ..arrays import Array
 from ..branch import Certificate
 from ..certify import Leaf
-from ..circle import Disc
 from ..exact import extremal
 from ..moments import PointMass
 from ..spec import Maneuver
 from ..trajectory import Trajectory
 from .clearance import link_clearance
-from .course import Course, Steered, resampled
+from .course import Steered, steered
+from .flood import Way
 from .kinematics import unit
 from .lines import IDLE, SHALLOW, deepest, slid
 from .passage import Line, Order, Passage
@@ -37,7 +37,7 @@ MOST_LINES = 2  # conditions of one node
 A_LITTLE = 0.03  # of the arm: a path no further inside is raised clear of what it touches
 FIRST_LIFT = 2e-6  # of the arm: above what a clearance is proved to
 LIFTS = 10
-STEERED, COARSE = (3, 6, 12), 60  # steps of a search without a free motion at which one is looked for; its holds
+STEERED = (3, 6, 12)  # steps of a search without a free motion at which one is looked for
 BOXES, MORE = 6, 20  # of obstacle times at first; times as many where a node's own gap is what is left
 PATIENCE, WORTH = 6, 0.9  # steps in which the gap must have come down to this share of itself, or the search ends
 
@@ -89,10 +89,10 @@ Certify = Callable[[Maneuver, int, Array | None, float], Certificate]  # boxes, 
 
 
 class Tree:
-    """The search over one passage's orders."""
+    """The search over one passage's orders; `way`: one that is free, if it is known."""
 
-    def __init__(self, passage: Passage, gap: float, certify: Certify, until: float) -> None:
-        self.passage, self.gap, self._certify, self._until = passage, gap, certify, until
+    def __init__(self, passage: Passage, gap: float, certify: Certify, until: float, way: Way | None = None) -> None:
+        self.passage, self.gap, self._certify, self._until, self.way = passage, gap, certify, until, way
         self.workspace = passage.workspace
         self.best: Candidate | None = None
         self.steered: Steered | None = None
@@ -122,17 +122,9 @@ class Tree:
 
     def _steer(self, node: Node) -> None:
         """A free motion around the node's, found in another way; kept where it is the best."""
-        found = Course(self.passage, node.past, Disc(), COARSE, until=self._until).free(
-            np.clip(node.certificate.times, 1e-3, 1 - 1e-3)
-        )
-        if found is None:
-            return
-        # the walls have shown the way; without them it can be better
-        alone, none = Course(self.passage, self.passage.maneuver, Disc(), COARSE, until=self._until), np.zeros(0)
-        other = alone.around(none, resampled(found.motion, alone.edges(none)))
-        best = found if other is None or other.peak > found.peak else other
-        if best.peak < self.upper:
-            self.steered = best
+        found = steered(self.passage, node.past, node.certificate.times, self.way, self._until)
+        if found is not None and found.peak < self.upper:
+            self.steered = found
 
     def run(self, upper: float, stop: Callable[[], bool]) -> None:
         """Search until the gap to a peak that is known, or to the best found, is reached or comes down no more."""

@@ -18,6 +18,7 @@ from ..moments import PointMass
 from ..obstacles import Wall
 from ..spec import Maneuver
 from .course import Course, Steered
+from .flood import Way
 from .kinematics import unit
 from .passage import Edge, Passage
 
@@ -49,17 +50,10 @@ def turn_on(
     began = np.array([found.times[0], math.atan2(place[1], place[0])])
     best: list[tuple[float, Array]] = []
 
-    def course(angle: float, steps: int = COARSE) -> Course:
-        inner, outer = workspace.chain.reach
-        n = unit(angle)
-        tip = workspace.chain.base + (outer if edge == "outer" else inner) * n
-        touched = passage.maneuver.past([Wall(tip=tip, direction=-n, contact="touch")])
-        return Course(passage, touched, Disc(), steps, (0, n), until)
-
     def value(x: Array) -> float:
         if not ROOM < x[0] < 1 - ROOM or time.perf_counter() > until:
             return 1e9
-        motion = course(float(x[1])).solve(x[:1], [])
+        motion = _course(passage, edge, float(x[1]), until).solve(x[:1], [])
         if motion is None:
             return 1e9
         best.append((motion.peak(), x.copy()))
@@ -76,7 +70,7 @@ def turn_on(
         if len(tried) >= MOST_FREED or any(np.all(np.abs(x - other) < APART) for other in tried):
             continue
         tried.append(x)
-        here = course(float(x[1]))
+        here = _course(passage, edge, float(x[1]), until)
         found_free = here.free(x[:1])
         if found_free is not None:
             better = here.around(x[:1], found_free.motion, found_free)
@@ -85,3 +79,22 @@ def turn_on(
             if better.peak < (1 + GOOD) * least:
                 break
     return min(made, key=lambda one: one.peak, default=None)
+
+
+def turn_along(passage: Passage, way: Way, until: float) -> Steered | None:
+    """A free motion near a way on which the elbow turns over once; None where none is found, or it does so oftener."""
+    turns = way.turns
+    if len(turns) % 2 == 0:  # cells that a fold goes through have either elbow: it may seem to turn over and back
+        return None
+    t, angle, bend = turns[len(turns) // 2]
+    course, at = _course(passage, "outer" if bend > 0 else "inner", angle, until), np.array([t])
+    return course.around(at, way.motion)
+
+
+def _course(passage: Passage, edge: Edge, angle: float, until: float) -> Course:
+    """What touches an edge at an angle, moving along it."""
+    inner, outer = passage.workspace.chain.reach
+    n = unit(angle)
+    tip = passage.workspace.chain.base + (outer if edge == "outer" else inner) * n
+    touched = passage.maneuver.past([Wall(tip=tip, direction=-n, contact="touch")])
+    return Course(passage, touched, Disc(), COARSE, (0, n), until)
