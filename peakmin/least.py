@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,9 +17,6 @@ from .moments import PointMass
 from .spec import Bisection, Exact, Maneuver, Settings
 from .trajectory import HoldTrajectory, Trajectory
 
-if TYPE_CHECKING:
-    from .program import DirectProgram, FeasibilityProgram
-
 COARSE = 100  # holds per segment of the program that proposes multipliers to the exact method
 
 
@@ -28,16 +24,14 @@ class LeastPeak:
     """M(T_obs) of one maneuver for one circle and grid: programs compiled once, answers remembered."""
 
     def __init__(self, maneuver: Maneuver, settings: Settings, circle: Disc | Polygon | None = None) -> None:
-        from . import program  # cvxpy takes a second to import
+        from . import compiled, program  # cvxpy takes a second to import
 
         self.maneuver, self.settings = maneuver, settings
         self.mass = PointMass.of(maneuver)
         self.count = program.Count()
-        self._programs = program
+        self._kinds, self._programs = program, compiled.programs()
         shape = (circle or settings.circle).facing(Frame.from_maneuver(maneuver).angle)
         self._arguments = (maneuver, shape, settings.grid)
-        self._feasibility: FeasibilityProgram | None = None
-        self._direct: DirectProgram | None = None
         self._known: dict[bytes, Bracket] = {}
         self._extremals: dict[bytes, Extremal] = {}
         self._hint: Array | None = None
@@ -56,11 +50,11 @@ class LeastPeak:
                 self._extremals[key] = settled(self.mass, placed, self._propose)
                 bracket = self._extremals[key].bracket
             elif isinstance(self.settings.method, Bisection):
-                self._feasibility = self._feasibility or self._programs.FeasibilityProgram(*self._arguments, self.count)
-                bracket = bisect(self._feasibility, times, self.settings, self._hint)
+                feasibility = self._programs.take(self._kinds.FeasibilityProgram, *self._arguments, self.count)
+                bracket = bisect(feasibility, times, self.settings, self._hint)
             else:
-                self._direct = self._direct or self._programs.DirectProgram(*self._arguments, self.count)
-                bracket = direct(self._direct, times, self.settings)
+                program = self._programs.take(self._kinds.DirectProgram, *self._arguments, self.count)
+                bracket = direct(program, times, self.settings)
             self._hint = bracket.multipliers
             self._known[key] = bracket
         return self._known[key]
@@ -81,6 +75,5 @@ class LeastPeak:
     def _propose(self, times: Array) -> Bracket:
         """The bracket at scaled times of a conic program on a coarse aligned grid."""
         grid = Aligned(steps=COARSE * (1 + self.mass.walls))
-        if self._direct is None:
-            self._direct = self._programs.DirectProgram(self.maneuver, Disc(), grid, self.count)
-        return direct(self._direct, times * self.mass.time, self.settings)
+        program = self._programs.take(self._kinds.DirectProgram, self.maneuver, Disc(), grid, self.count)
+        return direct(program, times * self.mass.time, self.settings)

@@ -54,6 +54,15 @@ OPTIONS: dict[str, dict[str, Any]] = {
 }
 
 
+def structure(maneuver: Maneuver) -> tuple[bytes, ...]:
+    """What of a maneuver is compiled into its programs: the walls' directions, contacts and which have an opening.
+
+    All else (states, tips, widths, duration, mass) enters by parameters.
+    """
+    mass = PointMass.of(maneuver)
+    return mass.free.tobytes(), mass.clear.tobytes(), np.isfinite(mass.width).tobytes()
+
+
 @dataclass
 class Count:
     """How much work the programs did."""
@@ -78,6 +87,14 @@ class _Program(ABC):
         self.problem: Any = None
         self._bound: list[Any] = self.circle.constraints(self.v)
         self._per_solver: dict[str, Any] = {}
+
+    def turn_to(self, maneuver: Maneuver, count: Count) -> None:
+        """Ask of another maneuver of the same `structure`; nothing is compiled again.
+
+        Args:
+            count: where the work from here on is counted.
+        """
+        self.maneuver, self.mass, self.count = maneuver, PointMass.of(maneuver), count
 
     def _scaled_times(self) -> Array:
         """The placed obstacle times. Raises `SpecError` unless they increase strictly inside the duration."""
@@ -148,12 +165,13 @@ class _Program(ABC):
 
     def _segments(self, kappa: Any, size: Callable[[], float | None], targets: Callable[[], Array | None]) -> list[Any]:
         # in the frame that moves with the start's velocity: there a wall point is its target, whatever the speeds
-        q, mass = self.mass.walls, self.mass
+        q = self.mass.walls
         beyond, constraints = self._beyond(kappa, size, lambda: np.ones(q))
         b = cp.CallbackParam(targets, (2 + q, 2))
         points = [np.zeros(2), *(kappa * b[2 + i] + beyond[i] for i in range(q)), kappa * b[0]]
         speeds = [np.zeros(2), *(cp.Variable(2) for _ in range(q)), kappa * b[1]]
-        ends = [0.0, *(self.obstacle_times[i] / mass.time for i in range(q)), 1.0]
+        inner = cp.CallbackParam(self._scaled_times, (q,)) if q else ()  # the duration may change with the maneuver
+        ends = [0.0, *(inner[i] for i in range(q)), 1.0]
         first = 0
         for j, holds in enumerate(self.grid.holds(q)):  # type: ignore[union-attr]
             v = self.v[first : first + holds]
@@ -237,15 +255,15 @@ class DirectProgram(_Program):
     ) -> None:
         super().__init__(maneuver, circle, grid, count)
         self.kappa: Any = cp.Variable(name="kappa")
-        self._sized: tuple[bytes, float] | None = None
+        self._sized: tuple[PointMass, bytes, float] | None = None
         self._build(cp.Maximize(self.kappa), self.kappa, self._size)
 
     def _size(self) -> float:
         # about the size of M keeps kappa near one wherever the obstacle times are; cvxpy asks for it four times a solve
         times = self._scaled_times()
-        if self._sized is None or self._sized[0] != times.tobytes():
-            self._sized = times.tobytes(), 1.0 / (self.mass.floor(times) or 1.0)
-        return self._sized[1]
+        if self._sized is None or self._sized[0] is not self.mass or self._sized[1] != times.tobytes():
+            self._sized = self.mass, times.tobytes(), 1.0 / (self.mass.floor(times) or 1.0)
+        return self._sized[2]
 
     @property
     def M(self) -> float:
