@@ -24,7 +24,7 @@ bench: .venv/installed
 
 .venv/installed: pyproject.toml
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev,bench,sim]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev,bench,sim,dask,parquet]"
 	touch $@
 
 clean:

@@ -35,7 +35,10 @@ from .spec import (
     SweepSearch,
     schema,
 )
+from .study import study
 from .sweep import Sweep, sweep
+from .table import Study
+from .variation import StudySpec
 from .verify import Verification
 
 if TYPE_CHECKING:
@@ -83,6 +86,8 @@ __all__ = [
     "Spec",
     "SpecError",
     "State",
+    "Study",
+    "StudySpec",
     "Sweep",
     "SweepSearch",
     "Uniform",
@@ -93,6 +98,7 @@ __all__ = [
     "schema",
     "shortest",
     "solve",
+    "study",
     "sweep",
     "verify",
 ]

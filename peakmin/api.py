@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
 from .model import load, read_file
 from .progress import Progress
@@ -64,7 +64,11 @@ def verify(text: str | bytes) -> Verification:
 
 def read_spec(path: str | Path) -> Spec | ArmSpec:
     """A spec file, of an arm where it has one. Raises `SpecError` in one line when it cannot be read or is wrong."""
-    data = load(read_file(path))
+    return spec_of(load(read_file(path)))
+
+
+def spec_of(data: dict[str, Any]) -> Spec | ArmSpec:
+    """The spec that a JSON object states, of an arm where it has one. Raises `SpecError` in one line if it is wrong."""
     if "arm" not in data:
         return Spec(**data)
     from .arm.maneuver import ArmSpec
