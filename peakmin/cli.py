@@ -1,4 +1,4 @@
-"""The terminal: `peakmin paper | solve | sweep | budget | compare | simulate | verify | schema`.
+"""The terminal: `peakmin paper | solve | sweep | budget | study | compare | simulate | verify | schema`.
 
 Results go to stdout, progress and errors to stderr.
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from .sweep import Sweep
 
 EXIT = {"solved": 0, "infeasible": 3, "unknown": 4}
-BAD_INPUT, DIFFERS = 2, 1
+BAD_INPUT, DIFFERS, STOPPED = 2, 1, 130
 
 app = typer.Typer(
     add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__
@@ -126,6 +126,32 @@ def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> No
     print(json.dumps(vars(errors), indent=2) if as_json else errors.table())
 
 
+@app.command("study")
+def study_command(
+    study_file: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file (JSON): base, grid, zip.")],
+    as_json: Json = False,
+    out: Annotated[
+        Path, typer.Option("--out", metavar="PATH", help="Table to write, .csv or .parquet, or a folder for it.")
+    ] = Path("out"),
+    workers: Annotated[int | None, typer.Option(help="Processes; default one for each processor.")] = None,
+) -> None:
+    """Solve a grid of specs, one row each; run again, it goes on where it was stopped."""
+    from . import table
+    from .study import study
+    from .variation import StudySpec
+
+    asked = StudySpec.read(study_file)
+    store = out if out.suffix in table.KINDS else out / f"{study_file.stem}.csv"
+    try:
+        with _progress("study") as progress:
+            found = study(asked, store=store, workers=workers, progress=progress)
+    except KeyboardInterrupt as stopped:
+        print(f"peakmin: stopped, {stopped}", file=sys.stderr)
+        raise typer.Exit(STOPPED) from None
+    print(found.to_json(indent=2) if as_json else f"{words.rows(found)}\nwrote {store}")
+    raise typer.Exit(0 if found.answered else EXIT["unknown"])
+
+
 @app.command("verify")
 def verify_command(plan: PlanFile, as_json: Json = False) -> None:
     """Compute anew everything that a plan file states, from the file alone; exit status 4 if any of it is not so."""
@@ -166,9 +192,14 @@ def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
 @app.command("schema")
 def schema_command(
     arm: Annotated[bool, typer.Option("--arm", help="Of a spec file with an arm.")] = False,
+    study: Annotated[bool, typer.Option("--study", help="Of a study file.")] = False,
 ) -> None:
     """The JSON Schema of a spec file."""
-    if arm:
+    if study:
+        from .variation import StudySpec
+
+        print(json.dumps(StudySpec.model_json_schema(), indent=2))
+    elif arm:
         from .arm.maneuver import ArmSpec
 
         print(json.dumps(ArmSpec.model_json_schema(), indent=2))
@@ -242,5 +273,5 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         print(f"peakmin: {' '.join(message.split())}", file=sys.stderr)
     except typer.Abort:
         print("peakmin: stopped", file=sys.stderr)
-        sys.exit(130)
+        sys.exit(STOPPED)
     sys.exit(BAD_INPUT)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .arm.plan import ArmPlan
     from .plan import Plan
     from .sweep import Sweep
+    from .table import Study
+
+ROWS = 60  # of a study, on a terminal
 
 
 def describe(plan: Plan) -> str:
@@ -74,3 +77,22 @@ def table(sweep: Sweep) -> str:
         cells = " ".join(f"{t:9.4f}" for t in row) or " " * 9
         lines.append(f"  {cells}   {sweep.peak[i]:14.6f}   {sweep.lower[i]:9.4f}{mark}")
     return "\n".join([*lines, describe(sweep.best)])
+
+
+def rows(study: Study) -> str:
+    """What varies and what came out, one line for each of the first rows."""
+    lines = [[*study.varied, "status", "peak [m/s²]", "lower bound", "gap", "T_obs [s]"]]
+    for row in study.rows[:ROWS]:
+        bounds = [_short(row["peak"], ".6g"), _short(row["lower_bound"], ".6g"), _short(row["gap"], ".1e")]
+        last = row["error"] or " ".join(f"{t:.4g}" for t in row["obstacle_times"] or [])
+        lines.append([*(_short(row[name], ".6g") for name in study.varied), row["status"], *bounds, last])
+    widths = [max(map(len, column)) for column in zip(*(line[:-1] for line in lines), strict=True)]
+    text = ["  ".join([*(c.rjust(w) for c, w in zip(line, widths, strict=False)), line[-1]]) for line in lines]
+    more = [f"  and {len(study) - ROWS} rows more"] if len(study) > ROWS else []
+    return "\n".join([*text, *more, repr(study)])
+
+
+def _short(value: Any, form: str) -> str:
+    if isinstance(value, float):
+        return format(value, form)
+    return "" if value is None else str(value)
