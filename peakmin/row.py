@@ -15,7 +15,7 @@ from .model import load
 from .spec import Spec
 
 if TYPE_CHECKING:
-    from .arm.spec import ArmSpec
+    from .arm.maneuver import ArmSpec
 
 _one_at_a_time = threading.Lock()  # cvxpy does not build problems in two threads at once
 

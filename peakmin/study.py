@@ -19,7 +19,7 @@ from .variation import StudySpec
 from .workers import each, in_processes, processors
 
 if TYPE_CHECKING:
-    from .arm.spec import ArmSpec
+    from .arm.maneuver import ArmSpec
 
 
 def study(
@@ -87,7 +87,7 @@ def _how_to_go_on(path: Path | None) -> str:
 
 def _rows(specs: StudySpec | Iterable[Spec | ArmSpec]) -> tuple[list[Spec | ArmSpec], list[dict[str, Any]]]:
     """The specs, and for each what varies, by path."""
-    from .arm.spec import ArmSpec
+    from .arm.maneuver import ArmSpec
 
     if isinstance(specs, StudySpec):
         return list(specs.specs), specs.varied

@@ -20,7 +20,7 @@ from .model import Model, load, read_file
 from .spec import Spec, known_version
 
 if TYPE_CHECKING:
-    from .arm.spec import ArmSpec
+    from .arm.maneuver import ArmSpec
 
 MOST_ROWS = 100_000
 EXAMPLE = "maneuver.obstacles[0].tip[1]"
