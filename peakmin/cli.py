@@ -68,6 +68,20 @@ def solve_command(
     raise typer.Exit(EXIT[arm_plan.status])
 
 
+@app.command("explain")
+def explain_command(spec: SpecFile, as_json: Json = False) -> None:
+    """Why a spec is proved infeasible: which entries conflict, and the smallest changes that were solved."""
+    asked = api.read_spec(spec)
+    with _progress("explain") as progress:
+        plan = api.solve(asked.maneuver if isinstance(asked, Spec) else asked.asked, asked.settings, progress=progress)
+        why = plan.explanation
+    if as_json:
+        print(json.dumps({"status": plan.status, "explanation": None if why is None else why.document()}, indent=2))
+    else:
+        print(f"{plan.status}: " + ("nothing to explain" if why is None else str(why)))
+    raise typer.Exit(EXIT[plan.status])
+
+
 @app.command("compare")
 def compare_command(spec: SpecFile, as_json: Json = False) -> None:
     """An arm's least peak beside the same move by joint quintics, minimum jerk and a smooth path."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -15,6 +16,7 @@ from .bracket import Bracket
 from .certify import Leaf, Proof
 from .check import check
 from .circle import Disc, Polygon
+from .impossible import impossible
 from .keeping import Keeping, keeping
 from .moments import PointMass
 from .obstacles import Wall
@@ -25,6 +27,8 @@ from .ways import WaysProof
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from .explain import Explanation
 
 
 @dataclass(frozen=True)
@@ -107,6 +111,13 @@ class Plan(Answer):
 
         return read(text)
 
+    @cached_property
+    def explanation(self) -> Explanation | None:
+        """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
+        from .explain import explain
+
+        return explain(self.maneuver, self.settings) if self.status == "infeasible" else None
+
     @property
     def sensitivities(self) -> Sensitivities:
         """Derivatives of the least peak at the plan's obstacle times, from the multipliers."""
@@ -159,7 +170,7 @@ def from_bracket(
         keeps = keeping(maneuver, motion)
         kept, distance = keeps.passed(maneuver), keeps.clearance
     status: Status = "solved" if kept and peak <= (limit or math.inf) else "unknown"
-    if maneuver.too_far or (limit is not None and bound > limit and proof.scope == "all"):
+    if impossible(maneuver) is not None or (limit is not None and bound > limit and proof.scope == "all"):
         status = "infeasible"
     return Plan(maneuver, settings, status, motion, walls, seconds, distance, peak, bound, proof, multipliers, made)
 

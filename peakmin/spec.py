@@ -68,12 +68,6 @@ class Maneuver(Model):
         return self.model_copy(update={"obstacles": tuple(walls), **none})
 
     @property
-    def too_far(self) -> bool:
-        """Whether the straight way alone takes longer than the duration at max_speed."""
-        way = math.dist(self.start.position, self.goal.position)
-        return self.max_speed is not None and way > self.max_speed * self.duration * (1 + 1e-12)
-
-    @property
     def simple(self) -> bool:
         """Whether walls are all there is to it: no blocks, no region, no bound on the speed."""
         return not self.blocks and self.region is None and self.max_speed is None

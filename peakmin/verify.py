@@ -11,6 +11,7 @@ import numpy as np
 from .certify import Proof, lower_bound
 from .check import CHECK
 from .document import digest, of, read
+from .impossible import impossible
 from .keeping import extent
 from .model import load
 from .moments import PointMass
@@ -59,7 +60,7 @@ def verify(text: str | bytes) -> Verification:
     elif data["peak"] is not None or plan.status == "solved":
         found.append("status: there is no motion, so no peak and no solution")
     bound = proved(plan.maneuver, plan.walls, plan.proof, plan.obstacle_times / mass.time)
-    found += bounded(plan, bound, plan.maneuver.too_far)
+    found += bounded(plan, bound, impossible(plan.maneuver) is not None)
     if (
         isinstance(plan.proof, Proof)
         and plan.scope == "these"

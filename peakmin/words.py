@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from .impossible import impossible
+
 if TYPE_CHECKING:
     from .arm.plan import ArmPlan
     from .plan import Plan
@@ -56,8 +58,9 @@ def opening(plan: Plan | ArmPlan, bounded: str) -> list[str]:
 def not_kept(plan: Plan) -> list[str]:
     """What the path that was found does not keep of what was asked, in words."""
     kept, asked, out = plan.keeping(), plan.maneuver, []
-    if asked.too_far:
-        out.append(f"max_speed {asked.max_speed:.6g} m/s: the straight way alone takes longer than the duration")
+    shown = impossible(asked)
+    if shown is not None:
+        out.append(f"{', '.join(shown.fields)}: {shown.because}")
     elif asked.max_speed is not None and kept.speed > asked.max_speed * (1 + 1e-9):
         out.append(f"max_speed {asked.max_speed:.6g} m/s: this path reaches {kept.speed:.6g} m/s")
     if kept.region < -1e-9:

@@ -16,6 +16,7 @@ FINE = 1e-6  # of the arm: to which the least distance is found
 ROUGH = 0.02  # of what is missing: to which it is found where it is less than the margin
 EDGE = 1e-9  # of the arm: to which touching an edge of the annulus counts as staying within
 JUMP, HALVINGS = 0.05, 9  # rad between instants a millionth of the duration apart count as a jump
+TURN = 1e-3  # rad: so far from the straight or folded arm an elbow may be where it turns over
 UNSTEADY = 0.01  # of the arm: what a path whose joints jump is moved by
 MOST = 200_000  # intervals; where they do not do, the bound found so far is stated
 
@@ -106,6 +107,9 @@ def _nearest(a: Array, b: Array) -> Array:
 
 def steady(path: JointPath) -> bool:
     """Whether no joint jumps: where an angle changes by more than JUMP between instants, these are moved together."""
+    at = np.array(path.changes)
+    if np.any(np.abs(path.absolute(at) - path.absolute(np.nextafter(at, 0))) > TURN):
+        return False
     cuts = np.unique(np.concatenate([np.linspace(0, path.duration, 20 * FIRST + 1), path.motion.nodes, path.changes]))
     low, high = cuts[:-1], cuts[1:]
     for _ in range(HALVINGS):

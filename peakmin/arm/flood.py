@@ -8,6 +8,7 @@ cell to neighbour, corners included, and through none that is BLOCKED: where the
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -112,10 +113,14 @@ def flood(workspace: Workspace, cells: int = FLOODS[0]) -> Flood:
     return found
 
 
-def settled(workspace: Workspace, ends: list[tuple[tuple[Array, ...], float | None]]) -> Flood:
-    """The coarsest flood, of FLOODS, that parts or joins each two configurations, keeping the elbow given with them."""
+def settled(workspace: Workspace, ends: list[tuple[tuple[Array, ...], float | None]], until: float) -> Flood:
+    """The coarsest flood, of FLOODS, that parts or joins each two configurations, keeping the elbow given with them.
+
+    Args:
+        until: a `time.perf_counter()` after which none finer is made.
+    """
     found = flood(workspace)
-    while found.cells < FLOODS[-1]:
+    while found.cells < FLOODS[-1] and time.perf_counter() < until:
         if all(found.parts(*one) or found.way(*one) is not None for one in ends):
             break
         found = found.finer()

@@ -24,6 +24,7 @@ from .kinematics import Chain, Pair, unit
 
 STRAIGHT = 1e-6  # |sin delta| below which speeds are taken a little beside the instant
 BESIDE = 1e-6  # of the duration
+CLOSER, PLACES = 4, 20  # rounds of looking closer; places, and instants at each
 GRID = 2000  # samples that the turns of the angles are counted along
 
 
@@ -187,3 +188,18 @@ def steadiest(chain: Chain, start: Array, goal: Array) -> tuple[tuple[int, int],
             if room > best:
                 best, found = room, ((i, j), float(np.sign(bend[0])))
     return found
+
+
+def closely(path: JointPath) -> Array:
+    """Instants [s] at which limits and speeds are looked at: close together where a joint is fast or nearly straight.
+
+    Angles have no bounded speed there, so a grid would miss their peaks.
+    """
+    t = np.union1d(np.linspace(0, path.duration, 2 * GRID + 1), path.motion.nodes)
+    for _ in range(CLOSER):
+        theta, rates, _ = path.rates(t)
+        bend = np.abs(np.sin(theta[:, path.pair[1]] - theta[:, path.pair[0]]))
+        order = np.concatenate([np.argsort(bend)[:PLACES], np.argsort(-np.max(np.abs(rates), axis=1))[:PLACES]])
+        low, high = t[np.maximum(order - 1, 0)], t[np.minimum(order + 1, len(t) - 1)]
+        t = np.union1d(t, np.linspace(low, high, PLACES))
+    return t

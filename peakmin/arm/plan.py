@@ -17,7 +17,7 @@ from ..spec import Maneuver, Settings
 from ..trajectory import Trajectory
 from .clearance import LinkClearance
 from .dynamics import base_moment, torques
-from .joints import JointPath
+from .joints import JointPath, closely
 from .maneuver import ArmManeuver
 from .proof import ArmProof
 from .workspace import Contact, Workspace
@@ -25,7 +25,10 @@ from .workspace import Contact, Workspace
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..explain import Explanation
 
+
+TIME_LIMIT = 60.0  # s, of an explanation
 NEAR = 1e-3  # of the arm: how close to the margin counts as a contact
 
 
@@ -95,6 +98,13 @@ class ArmPlan(Answer):
         return () if self.joints is None else self.joints.changes
 
     @cached_property
+    def explanation(self) -> Explanation | None:
+        """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
+        from .explain import explain_arm
+
+        return explain_arm(self, TIME_LIMIT)
+
+    @cached_property
     def contacts(self) -> list[Contact]:
         """What the arm is nearest to at the contact times."""
         if self.joints is None or not self.maneuver.obstacles:
@@ -118,7 +128,7 @@ class ArmPlan(Answer):
         """Joint limits and speeds that the motion does not keep, in words."""
         if self.joints is None:
             return []
-        t = np.union1d(np.linspace(0, self.joints.duration, 4001), self.joints.motion.nodes)
+        t = closely(self.joints)
         angles, rates = self.angles(t), np.diff(self.joints.rates(t)[1], axis=-1, prepend=0.0)
         out = []
         for k, link in enumerate(self.maneuver.arm.links):

@@ -97,8 +97,11 @@ class ArmSearch:
         self._until, self._most, self._progress = time.perf_counter() + time_limit, rounds, progress
         every = passages(self.workspace)
         if self.workspace.maneuver.obstacles:
-            self._flood = settled(self.workspace, [(one.theta, one.elbow if one.keeps else None) for one in every])
-        every = [one for one in every if self._joined(one)]
+            self._flood = settled(
+                self.workspace, [(one.theta, one.elbow if one.keeps else None) for one in every], self._until
+            )
+        every, flooded = [one for one in every if self._joined(one)], len(every)
+        parted = len(every) < flooded or any(one.keeps and not self._joined(one, one.elbow) for one in every)
         trees = {
             one.indices: Tree(self._seen(one), self.gap, self._certify, self._until, self._way(one, one.elbow))
             for one in every
@@ -134,7 +137,7 @@ class ArmSearch:
             first = min(trees.values(), key=lambda tree: tree.lower)
             last = first.last
             nearest = Candidate(first.passage, last.order, 0.0, last.past, last.certificate.times, last.bound)
-        proof = ArmProof(tuple(proofs), 0 if self._flood is None else self._flood.cells)
+        proof = ArmProof(tuple(proofs), self._flood.cells if parted and self._flood is not None else 0)
         return Found(self.workspace.maneuver, proof, self.best, self.steered, self.turned, nearest, self.boxes)
 
     def _joined(self, passage: Passage, elbow: float | None = None) -> bool:

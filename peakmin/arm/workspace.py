@@ -122,13 +122,15 @@ def _depth(lines: Any, world: Any) -> Array:
     return np.asarray(np.max(np.nan_to_num(depth), axis=1))
 
 
+EMPTY = shapely.LineString()
+
+
 def _longest(parts: Any) -> Any:
     """The longest line of each geometry; a point where there is none."""
     out = np.array(parts, dtype=object)
-    for i, part in enumerate(parts):
-        if part.geom_type != "LineString":
-            pieces = [piece for piece in getattr(part, "geoms", []) if piece.geom_type == "LineString"]
-            out[i] = max(pieces, key=lambda piece: piece.length) if pieces else shapely.LineString()
+    for i in np.flatnonzero(shapely.get_type_id(parts) != shapely.GeometryType.LINESTRING).tolist():
+        pieces = [piece for piece in getattr(parts[i], "geoms", []) if piece.geom_type == "LineString"]
+        out[i] = max(pieces, key=lambda piece: piece.length) if pieces else EMPTY
     return out
 
 

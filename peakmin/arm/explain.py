@@ -1,0 +1,107 @@
+"""Why there is no plan for an arm, in its spec's own words, and what would help, each change tried out."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+
+from ..explain import Explanation
+from ..repairs import Repair, upwards
+from ..spec import Settings
+from .flood import FLOODS, flood
+from .maneuver import ArmManeuver
+from .passage import passages
+from .plan import ArmPlan
+from .solve import solve_arm
+from .spec import Task
+from .workspace import Workspace
+
+MARGINS = (0.5, 0.25, 0.1, 0.0)  # shares of a margin that are tried, in this order
+SLOWER = 1.002  # times the duration that time scaling asks for: what a control on holds needs more
+
+
+def explain_arm(plan: ArmPlan, time_limit: float) -> Explanation | None:
+    """Why an arm's task is proved impossible, and what would help; None where it is not proved so.
+
+    Args:
+        time_limit: seconds after which no more repairs are looked for.
+    """
+    if plan.status != "infeasible":
+        return None
+    until, maneuver = time.perf_counter() + time_limit, plan.maneuver
+    if math.isinf(plan.lower_bound):
+        kept = _fewest(maneuver, closed)
+        fields = (*kept, "margin") if maneuver.margin and not closed(_with(maneuver, margin=0.0)) else tuple(kept)
+        because = "the links cannot get past from start to goal, whatever they do"
+        found = _open_again(maneuver, fields, plan.settings, until)
+        return Explanation(fields, because, tuple(sorted(found, key=lambda one: one.cost)))
+    assert maneuver.max_peak is not None
+
+    def slow(fewer: ArmManeuver) -> bool:
+        return solve_arm(fewer, plan.settings).status == "infeasible"
+
+    kept = _fewest(maneuver, slow)
+    because = (
+        f"max_peak {maneuver.max_peak:.6g} m/s² is below {plan.lower_bound:.6g} m/s², the least that any motion of the "
+        f"arm needs in {maneuver.duration:.6g} s"
+    )
+    found = _faster(maneuver, plan.settings)
+    return Explanation((*kept, "max_peak", "duration"), because, tuple(sorted(found, key=lambda one: one.cost)))
+
+
+def closed(maneuver: ArmManeuver) -> bool:
+    """Whether it is proved that no motion of a two-link arm leads from start to goal."""
+    workspace = Workspace(maneuver)
+    found = flood(workspace, FLOODS[-1])
+    return all(found.parts(one.theta) for one in passages(workspace))
+
+
+def _with(maneuver: ArmManeuver, **fields: object) -> ArmManeuver:
+    every = {name: getattr(maneuver, name) for name in Task.model_fields} | fields
+    return ArmManeuver(arm=maneuver.arm, **every)
+
+
+def _fewest(maneuver: ArmManeuver, refuted: Callable[[ArmManeuver], bool]) -> list[str]:
+    """Obstacles none of which can be left out, so that the rest is still refuted."""
+    kept = list(range(len(maneuver.obstacles)))
+    for i in list(kept):
+        fewer = [k for k in kept if k != i]
+        if refuted(_with(maneuver, obstacles=tuple(maneuver.obstacles[k] for k in fewer))):
+            kept = fewer
+    return [f"obstacles[{k}]" for k in kept]
+
+
+def _solved(field: str, text: str, maneuver: ArmManeuver, cost: float, settings: Settings) -> Iterator[Repair]:
+    plan = solve_arm(maneuver, settings)
+    if plan.status == "solved":
+        yield Repair(field, text, maneuver, plan.peak, cost)
+
+
+def _open_again(maneuver: ArmManeuver, fields: tuple[str, ...], settings: Settings, until: float) -> Iterator[Repair]:
+    """Less margin, or an obstacle left out."""
+    for share in MARGINS if maneuver.margin else ():
+        less = _with(maneuver, margin=share * maneuver.margin)
+        if not closed(less):
+            text = f"lower margin to {less.margin:.6g} m"
+            yield from _solved("margin", text, less, 1 - share, settings)
+            break
+    for i in range(len(maneuver.obstacles)):
+        if f"obstacles[{i}]" in fields and time.perf_counter() < until:
+            without = _with(maneuver, obstacles=maneuver.obstacles[:i] + maneuver.obstacles[i + 1 :])
+            yield from _solved(f"obstacles[{i}]", f"leave out obstacles[{i}]", without, 1.0, settings)
+
+
+def _faster(maneuver: ArmManeuver, settings: Settings) -> Iterator[Repair]:
+    """More peak, or more time: between poses at rest, D' = D sqrt(M / max_peak) makes the peak M to max_peak."""
+    limit, D = maneuver.max_peak, maneuver.duration
+    assert limit is not None
+    free = solve_arm(_with(maneuver, max_peak=None), settings)
+    if free.status != "solved":
+        return
+    more, longer = upwards(free.peak), upwards(SLOWER * D * math.sqrt(free.peak / limit))
+    for field, text, x, was in (
+        ("max_peak", f"raise max_peak to {more:.6g} m/s²", more, limit),
+        ("duration", f"duration {D:.6g} s is too short: {longer:.6g} s would do", longer, D),
+    ):
+        yield from _solved(field, text, _with(maneuver, **{field: x}), x / was - 1, settings)

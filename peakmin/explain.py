@@ -1,0 +1,112 @@
+"""Why there is no plan, in the spec's own words: which entries conflict, and what would help, each tried out.
+
+A conflict is made smallest by leaving out entries as long as the rest is still proved impossible: all choices where
+there are few entries, one after another where there are many. A repair changes one entry as little as it takes, to
+three digits, and counts only if the changed maneuver was solved.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from .impossible import impossible
+from .repairs import Repair, Trials, changed, repairs
+from .spec import Maneuver, Settings
+
+FEW = 6  # entries of which all choices are tried
+TIME_LIMIT = 60.0  # s
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Entries that cannot all be kept, why, and repairs, the smallest change first."""
+
+    conflict: tuple[str, ...]
+    because: str
+    repairs: tuple[Repair, ...]
+
+    def document(self) -> dict[str, Any]:
+        """As plain JSON data, each repair with its whole maneuver."""
+        repairs = [
+            {"field": one.field, "text": one.text, "peak": one.peak, "maneuver": json.loads(one.maneuver.to_json())}
+            for one in self.repairs
+        ]
+        return {"conflict": list(self.conflict), "because": self.because, "repairs": repairs}
+
+    def __str__(self) -> str:
+        said = (
+            "; or ".join(repair.text for repair in self.repairs) or "no change of a single entry was found that helps"
+        )
+        return f"{', '.join(self.conflict)} conflict: {self.because}\n{said}"
+
+
+def explain(maneuver: Maneuver, settings: Settings | None = None, time_limit: float = TIME_LIMIT) -> Explanation | None:
+    """Why a maneuver is proved impossible and what would help; None where it is not proved so.
+
+    Args:
+        time_limit: seconds after which no more repairs are looked for.
+
+    Raises:
+        SpecError: when the settings do not fit the maneuver.
+    """
+    trials = Trials(settings or Settings(), time.perf_counter() + time_limit)
+    if not trials.refuted(maneuver):
+        return None
+    kept = _smallest(maneuver, trials)
+    reduced = _only(maneuver, kept)
+    shown = impossible(reduced)
+    if shown is not None:
+        fields, because = tuple(dict.fromkeys(kept + [f for f in shown.fields if f == "duration"])), shown.because
+        because = _renamed(because, maneuver, reduced)
+    else:
+        fields = (*kept, "duration")
+        past = [name for name in kept if name.startswith("obstacles")]
+        bound = trials.bound(reduced)
+        because = (
+            f"max_peak {maneuver.max_peak:.6g} m/s² is below {bound:.6g} m/s², the least that any control needs in "
+            f"{maneuver.duration:.6g} s" + (f" past {', '.join(past)}" if past else "")
+        )
+    return Explanation(fields, because, tuple(sorted(repairs(maneuver, fields, trials), key=lambda one: one.cost)))
+
+
+def _entries(maneuver: Maneuver) -> list[str]:
+    """What can be left out of a maneuver."""
+    out = [f"obstacles[{i}]" for i in range(len(maneuver.obstacles))]
+    return out + [name for name in ("region", "max_speed", "max_peak") if getattr(maneuver, name) is not None]
+
+
+def _only(maneuver: Maneuver, kept: list[str]) -> Maneuver:
+    """The maneuver with these entries alone."""
+    obstacles = tuple(one for i, one in enumerate(maneuver.obstacles) if f"obstacles[{i}]" in kept)
+    limits = {name: getattr(maneuver, name) for name in ("region", "max_speed", "max_peak") if name in kept}
+    none = {"region": None, "max_speed": None, "max_peak": None}
+    return changed(maneuver, obstacles=obstacles, **(none | limits))
+
+
+def _smallest(maneuver: Maneuver, trials: Trials) -> list[str]:
+    """The fewest entries that are still proved impossible together."""
+    entries = _entries(maneuver)
+    if len(entries) <= FEW:
+        for count in range(1, len(entries)):
+            for kept in itertools.combinations(entries, count):
+                if trials.refuted(_only(maneuver, list(kept))):
+                    return list(kept)
+        return entries
+    kept_so_far = entries
+    for name in entries:
+        fewer = [other for other in kept_so_far if other != name]
+        if not trials.over and trials.refuted(_only(maneuver, fewer)):
+            kept_so_far = fewer
+    return kept_so_far
+
+
+def _renamed(text: str, maneuver: Maneuver, reduced: Maneuver) -> str:
+    """Indices of the reduced maneuver's obstacles as those of the whole one."""
+    for k in range(len(reduced.obstacles) - 1, -1, -1):
+        i = next(i for i, one in enumerate(maneuver.obstacles) if one is reduced.obstacles[k])
+        text = text.replace(f"obstacles[{k}]", f"obstacles<{i}>")
+    return text.replace("<", "[").replace(">", "]")

@@ -1,0 +1,210 @@
+"""Changes of single entries that let a maneuver be solved, each as small as it gets and tried out."""
+
+from __future__ import annotations
+
+import functools
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+
+from .circle import Disc
+from .errors import SpecError
+from .grid import Aligned
+from .impossible import impossible, least_way
+from .obstacles import Wall
+from .search import solve
+from .spec import Exact, Maneuver, Settings
+
+if TYPE_CHECKING:
+    from .arm.maneuver import ArmManeuver
+
+FINEST = 1e-3  # relative: to which the least change is looked for; what is said is rounded up to three digits
+COARSE, STEPS = 40, 4  # holds of a quick look; changes that are tried with the real settings, each a little larger
+MOST = 1e3  # times the entry: larger changes are not looked for
+FURTHEST = 10.0  # times the maneuver's size: nothing is moved further
+
+
+@dataclass(frozen=True)
+class Repair:
+    """One entry changed, and solved so.
+
+    field: its path in the maneuver;  text: the change in words;  maneuver: with it;  peak: then reached [m/s^2];
+    cost: how large the change is, relative to what was there or to the maneuver's size.
+    """
+
+    field: str
+    text: str
+    maneuver: Maneuver | ArmManeuver
+    peak: float
+    cost: float
+
+
+class Trials:
+    """Solves of changed maneuvers, until the time is over."""
+
+    def __init__(self, settings: Settings, until: float) -> None:
+        self.settings, self.until = settings, until
+
+    @property
+    def over(self) -> bool:
+        return time.perf_counter() > self.until
+
+    def solve(self, maneuver: Maneuver, settings: Settings | None = None) -> tuple[str, float, float]:
+        """Status, peak and bound [m/s^2]; "refused" where the changed maneuver is none."""
+        try:
+            plan = solve(maneuver, settings or self.settings)
+        except SpecError:
+            return "refused", math.inf, 0.0
+        return plan.status, plan.peak, plan.lower_bound
+
+    def refuted(self, maneuver: Maneuver) -> bool:
+        """Whether it is proved impossible."""
+        return impossible(maneuver) is not None or (
+            maneuver.max_peak is not None and self.solve(maneuver)[0] == "infeasible"
+        )
+
+    def bound(self, maneuver: Maneuver) -> float:
+        """A bound that needs no max_peak [m/s^2]."""
+        return self.solve(changed(maneuver, max_peak=None))[2]
+
+    def least(self, change: Callable[[float], Maneuver | None], low: float, first: float, most: float) -> float | None:
+        """About the least x above `low` that helps, looked for in steps from `first` on; None where none up to `most`."""
+        step, high = first, low + first
+        while not self._helps(change(high)):
+            low, step = high, 2 * step
+            high = low + step
+            if step > most or self.over:
+                return None
+        while high - low > FINEST * high and not self.over:
+            middle = (low + high) / 2
+            low, high = (low, middle) if self._helps(change(middle)) else (middle, high)
+        return high
+
+    def _helps(self, maneuver: Maneuver | None) -> bool:
+        """Whether it is solved, as far as a quick look can tell."""
+        if maneuver is None:
+            return False
+        coarse: dict[str, Any] = {"grid": Aligned(steps=COARSE)}
+        if maneuver.simple and isinstance(self.settings.circle, Disc):
+            coarse = {"method": Exact()}
+        return self.solve(maneuver, self.settings.model_copy(update=coarse))[0] == "solved"
+
+    def repair(
+        self,
+        field: str,
+        x: float | None,
+        change: Callable[[float], Maneuver | None],
+        text: str,
+        cost: Callable[[float], float],
+    ) -> Iterator[Repair]:
+        """The change by x rounded up, or by a little more where the settings' own control needs it, if that is solved.
+
+        Args:
+            text: with a place for x.
+        """
+        for _ in range(STEPS if x is not None else 0):
+            assert x is not None
+            x = upwards(x)
+            maneuver = change(x)
+            if maneuver is not None:
+                status, peak, _ = self.solve(maneuver)
+                if status == "solved":
+                    yield Repair(field, text.format(f"{x:.6g}"), maneuver, peak, cost(x))
+                    return
+            x *= 1 + 5 * FINEST
+
+
+def changed(maneuver: Maneuver, **fields: object) -> Maneuver:
+    """The maneuver with other entries, checked anew. Raises `SpecError`."""
+    return Maneuver(**({name: getattr(maneuver, name) for name in Maneuver.model_fields} | fields))
+
+
+def tried(maneuver: Maneuver, **fields: object) -> Maneuver | None:
+    """The same, None where it would be refused."""
+    try:
+        return changed(maneuver, **fields)
+    except SpecError:
+        return None
+
+
+def upwards(x: float, digits: int = 3) -> float:
+    """The next number of so many digits [any unit]."""
+    if not x > 0 or math.isinf(x):
+        return x
+    unit = 10.0 ** (math.floor(math.log10(x)) - digits + 1)
+    return float(f"{math.ceil(x / unit * (1 - 1e-12)) * unit:.{digits}g}")
+
+
+def repairs(maneuver: Maneuver, fields: tuple[str, ...], trials: Trials) -> Iterator[Repair]:
+    """Changes of single entries, among these fields, that help."""
+    D, v, M = maneuver.duration, maneuver.max_speed, maneuver.max_peak
+    if "max_peak" in fields and M is not None:
+        _, peak, _ = trials.solve(changed(maneuver, max_peak=None))
+        raised = functools.partial(_with, maneuver, "max_peak")
+        yield from trials.repair("max_peak", peak, raised, "raise max_peak to {} m/s²", lambda x: x / M - 1)
+    if "duration" in fields:
+        longer = functools.partial(_with, maneuver, "duration")
+        x = trials.least(longer, D, 0.1 * D, MOST * D)
+        yield from trials.repair(
+            "duration", x, longer, f"duration {D:.6g} s is too short: {{}} s would do", lambda x: x / D - 1
+        )
+    if "max_speed" in fields and v is not None:
+        faster, slowest = functools.partial(_with, maneuver, "max_speed"), least_way(maneuver) / D
+        x = trials.least(faster, slowest, 0.1 * slowest, MOST * slowest)
+        yield from trials.repair("max_speed", x, faster, "raise max_speed to {} m/s", lambda x: x / v - 1)
+    yield from _places(maneuver, fields, trials)
+
+
+def _with(maneuver: Maneuver, field: str, x: float) -> Maneuver | None:
+    return tried(maneuver, **{field: x})
+
+
+def _places(maneuver: Maneuver, fields: tuple[str, ...], trials: Trials) -> Iterator[Repair]:
+    """Walls drawn back, blocks left out or with less margin, a region grown."""
+    points = [maneuver.start.position, maneuver.goal.position, *(wall.tip for wall in maneuver.walls)]
+    size = float(np.max(np.ptp(np.array(points), axis=0))) or 1.0
+    first, most, margin = 1e-3 * size, FURTHEST * size, maneuver.margin
+    for i, one in enumerate(maneuver.obstacles):
+        name = f"obstacles[{i}]"
+        if name in fields and isinstance(one, Wall):
+            back = functools.partial(_drawn_back, maneuver, i)
+            verb = "lower" if one.direction[0] == 0 and one.direction[1] < 0 else "draw back"
+            x = trials.least(back, 0.0, first, most)
+            yield from trials.repair(f"{name}.tip", x, back, f"{verb} {name}.tip by {{}} m", lambda x: x / size)
+        elif name in fields:
+            rest = tried(maneuver, obstacles=maneuver.obstacles[:i] + maneuver.obstacles[i + 1 :])
+            yield from trials.repair(name, 1.0, lambda x, rest=rest: rest, f"leave out {name}", lambda x: 1.0)  # type: ignore[misc]
+    if margin and any(name.startswith("obstacles") for name in fields):
+
+        def nearer(x: float) -> Maneuver | None:
+            return tried(maneuver, margin=max(margin - x, 0.0))
+
+        x = trials.least(nearer, 0.0, margin / 8, margin)
+        yield from trials.repair("margin", x, nearer, "lower margin by {} m", lambda x: x / margin)
+    if "region" in fields:
+
+        def grown(x: float) -> Maneuver | None:
+            return tried(maneuver, region=_grown(maneuver, x))
+
+        x = trials.least(grown, 0.0, first, most)
+        yield from trials.repair("region", x, grown, "move the edges of region outward by {} m", lambda x: x / size)
+
+
+def _drawn_back(maneuver: Maneuver, i: int, x: float) -> Maneuver | None:
+    """With a wall's tip moved by x [m] along its direction; what stands across its opening stays."""
+    wall = maneuver.obstacles[i]
+    assert isinstance(wall, Wall)
+    along = np.array(wall.direction) / math.hypot(*wall.direction)
+    opening = None if wall.opening is None else wall.opening + x
+    moved = wall.model_copy(update={"tip": tuple((np.array(wall.tip) + x * along).tolist()), "opening": opening})
+    return tried(maneuver, obstacles=(*maneuver.obstacles[:i], moved, *maneuver.obstacles[i + 1 :]))
+
+
+def _grown(maneuver: Maneuver, x: float) -> tuple[tuple[float, float], ...]:
+    ring = shapely.Polygon(maneuver.region).buffer(x, join_style="mitre", mitre_limit=100).exterior
+    return tuple((a, b) for a, b in list(ring.coords)[:-1])
