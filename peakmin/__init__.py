@@ -9,7 +9,7 @@ The programs are loaded on first use: reading a spec does not wait for cvxpy.
 from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
-from .api import solve, verify
+from .api import explain, solve, verify
 from .bracket import Answer, Bracket, HoldProblem, Verdict
 from .budget import ErrorBudget, error_budget
 from .certify import Leaf, Proof
@@ -95,6 +95,7 @@ __all__ = [
     "Verification",
     "Wall",
     "error_budget",
+    "explain",
     "schema",
     "shortest",
     "solve",

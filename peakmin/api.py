@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+from .explain import Explanation
 from .model import load, read_file
 from .progress import Progress
 from .search import solve as solve_point
@@ -42,6 +43,18 @@ def solve(
 
         return solve_arm(maneuver, settings, progress)
     return solve_point(maneuver, settings, progress)
+
+
+def explain(maneuver: Maneuver | ArmManeuver, settings: Settings | None = None) -> Explanation | None:
+    """Why a maneuver is proved infeasible: the fewest entries that conflict, and the smallest changes that help.
+
+    None where it is solved or nothing is proved. Every change was solved; an explanation takes many solves, up to a
+    minute or `settings.time_limit`.
+
+    Raises:
+        SpecError: when the settings do not fit the maneuver.
+    """
+    return solve(maneuver, settings).explanation
 
 
 def verify(text: str | bytes) -> Verification:

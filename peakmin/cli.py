@@ -9,24 +9,20 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from typer.exceptions import TyperException
 
-from . import api, files, words
+from . import api, files, output, words
 from .errors import PeakminError, SpecError
 from .model import read_file
 from .spec import Spec, schema
 
 if TYPE_CHECKING:
-    from .budget import ErrorBudget
+    from .arm.plan import ArmPlan
     from .plan import Plan
-    from .progress import Progress
-    from .sweep import Sweep
 
 EXIT = {"solved": 0, "infeasible": 3, "unknown": 4}
 BAD_INPUT, DIFFERS, STOPPED = 2, 1, 130
@@ -51,20 +47,22 @@ def solve_command(
     asked = api.read_spec(spec)
 
     if isinstance(asked, Spec):
-        with _progress("solve") as progress:
+        with output.bar("solve") as progress:
             plan = api.solve(asked.maneuver, asked.settings, progress=progress)
         if out:
-            _write_plan(plan, out)
+            output.write_plan(plan, out)
         print(plan.to_json(indent=2) if as_json else words.describe(plan))
+        _say_why(plan, as_json)
         raise typer.Exit(EXIT[plan.status])
     from .arm import terminal
 
-    with _progress("solve") as progress:
+    with output.bar("solve") as progress:
         arm_plan = api.solve(asked.asked, asked.settings, progress=progress)
     if out:
-        _headless()
+        output.headless()
         terminal.write(arm_plan, out, gif)
     print(arm_plan.to_json(indent=2) if as_json else terminal.describe(arm_plan))
+    _say_why(arm_plan, as_json)
     raise typer.Exit(EXIT[arm_plan.status])
 
 
@@ -72,7 +70,7 @@ def solve_command(
 def explain_command(spec: SpecFile, as_json: Json = False) -> None:
     """Why a spec is proved infeasible: which entries conflict, and the smallest changes that were solved."""
     asked = api.read_spec(spec)
-    with _progress("explain") as progress:
+    with output.bar("explain") as progress:
         plan = api.solve(asked.maneuver if isinstance(asked, Spec) else asked.asked, asked.settings, progress=progress)
         why = plan.explanation
     if as_json:
@@ -91,7 +89,7 @@ def compare_command(spec: SpecFile, as_json: Json = False) -> None:
     from .arm import terminal
     from .arm.compare import compare, table
 
-    with _progress("compare") as progress:
+    with output.bar("compare") as progress:
         plan = terminal.solved(asked, progress)
     rows = compare(plan)
     print(json.dumps([terminal.plain(row) for row in rows], indent=2) if as_json else table(rows))
@@ -115,14 +113,14 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
     asked = Spec.read(spec)
     from .sweep import sweep
 
-    with _progress("sweep") as progress:
+    with output.bar("sweep") as progress:
         found = sweep(asked.maneuver, asked.settings, progress=progress)
     if out:
-        _write_plan(found.best, out)
+        output.write_plan(found.best, out)
         files.write(out / "sweep.json", found.to_json(indent=2) + "\n")
         files.write(out / "sweep.csv", found.to_csv())
         if found.obstacle_times.ndim == 1:
-            _save(out / "sweep.png", found)
+            output.save(out / "sweep.png", found)
     print(found.to_json(indent=2) if as_json else words.table(found))
     raise typer.Exit(EXIT[found.best.status])
 
@@ -135,7 +133,7 @@ def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> No
 
     errors = error_budget(asked.maneuver, asked.settings)
     if out:
-        _save(out / "budget.png", errors)
+        output.save(out / "budget.png", errors)
         files.write(out / "budget.json", json.dumps(vars(errors), indent=2) + "\n")
     print(json.dumps(vars(errors), indent=2) if as_json else errors.table())
 
@@ -157,7 +155,7 @@ def study_command(
     asked = StudySpec.read(study_file)
     store = out if out.suffix in table.KINDS else out / f"{study_file.stem}.csv"
     try:
-        with _progress("study") as progress:
+        with output.bar("study") as progress:
             found = study(asked, store=store, workers=workers, progress=progress)
     except KeyboardInterrupt as stopped:
         print(f"peakmin: stopped, {stopped}", file=sys.stderr)
@@ -190,9 +188,9 @@ def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
     """Table 1 and the figures of the paper, computed anew; exit status 1 if a printed digit differs."""
     from . import paper
 
-    with _progress("paper") as progress:
+    with output.bar("paper") as progress:
         result = paper.compute(progress)
-    _headless()
+    output.headless()
     made = paper.figures(result, out) if out else []
     if as_json:
         print(json.dumps(result.document(), indent=2, allow_nan=False))
@@ -221,52 +219,12 @@ def schema_command(
         print(json.dumps(schema(), indent=2))
 
 
-def _write_plan(plan: Plan, out: Path) -> None:
-    files.write(out / "plan.json", plan.to_json(indent=2) + "\n")
-    if plan.trajectory is not None:
-        files.write(out / "plan.csv", plan.to_csv())
-        _save(out / "plan.png", plan)
-
-
-def _save(path: Path, thing: Plan | Sweep | ErrorBudget) -> None:
-    import io
-
-    _headless()
-    import matplotlib.pyplot as plt
-
-    from . import plots
-    from .plan import Plan
-
-    if isinstance(thing, Plan):
-        figure = plots.overview(thing)
-    else:
-        with plt.rc_context(plots.STYLE):
-            figure = plt.figure()
-            thing.plot(ax=figure.add_subplot())
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None})
-    plt.close(figure)
-    files.write(path, buffer.getvalue())
-
-
-def _headless() -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-
-
-@contextmanager
-def _progress(name: str) -> Iterator[Progress | None]:
-    """A bar on stderr when that is a terminal, nothing otherwise."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress as Bar
-
-    with Bar(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+def _say_why(plan: Plan | ArmPlan, as_json: bool) -> None:
+    """Under a plan that is infeasible, which entries conflict and what would help."""
+    if plan.status == "infeasible" and not as_json:
+        with output.bar("explain"):
+            why = plan.explanation
+        print(why)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

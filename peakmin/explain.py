@@ -53,7 +53,8 @@ def explain(maneuver: Maneuver, settings: Settings | None = None, time_limit: fl
     Raises:
         SpecError: when the settings do not fit the maneuver.
     """
-    trials = Trials(settings or Settings(), time.perf_counter() + time_limit)
+    settings = settings or Settings()
+    trials = Trials(settings, time.perf_counter() + min(time_limit, settings.time_limit or time_limit))
     if not trials.refuted(maneuver):
         return None
     kept = _smallest(maneuver, trials)

@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
-from scipy.optimize import minimize
 
 from .arrays import Array
 from .obstacles import Wall
@@ -42,6 +40,8 @@ def least_way(maneuver: Maneuver) -> float:
 
     least at the ends of each s_i. A path no longer than the one found has s_i <= |tip_i - start| + its length.
     """
+    from scipy.optimize import minimize
+
     walls, start, goal = maneuver.walls, np.array(maneuver.start.position), np.array(maneuver.goal.position)
     tips = np.array([wall.tip for wall in walls]).reshape(-1, 2)
     free = np.array([-np.array(wall.direction) / math.hypot(*wall.direction) for wall in walls]).reshape(-1, 2)
@@ -88,6 +88,8 @@ def _too_far(maneuver: Maneuver) -> Impossible | None:
 def _cut_off(maneuver: Maneuver) -> Impossible | None:
     if maneuver.region is None:
         return None
+    import shapely
+
     region = shapely.Polygon(maneuver.region)
     size = math.hypot(*np.ptp(np.array(maneuver.region), axis=0))
     for wall in maneuver.walls:
@@ -103,6 +105,8 @@ def _cut_off(maneuver: Maneuver) -> Impossible | None:
 def _closed(maneuver: Maneuver) -> Impossible | None:
     if maneuver.region is None or not maneuver.blocks:
         return None
+    import shapely
+
     size = math.hypot(*np.ptp(np.array(maneuver.region), axis=0))
     grown = [shapely.Polygon(block.vertices).buffer(maneuver.margin, quad_segs=32) for block in maneuver.blocks]
     # a little is given away on every side: what only touches may be passed between

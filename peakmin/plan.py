@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .answer import Answer, Status, table_text
 from .arrays import Array
 from .bracket import Bracket
 from .certify import Leaf, Proof
@@ -20,6 +19,7 @@ from .impossible import impossible
 from .keeping import Keeping, keeping
 from .moments import PointMass
 from .obstacles import Wall
+from .planned import Planned, Status, table_text
 from .sensitivity import Sensitivities, sensitivities
 from .spec import Maneuver, Settings
 from .trajectory import Trajectory
@@ -46,7 +46,7 @@ class Made:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Plan(Answer):
+class Plan(Planned):
     """A maneuver's answer.
 
     status: "solved" (a checked control within `max_peak` whose path is free), "infeasible" (proved: every control

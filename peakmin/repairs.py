@@ -73,7 +73,7 @@ class Trials:
         return self.solve(changed(maneuver, max_peak=None))[2]
 
     def least(self, change: Callable[[float], Maneuver | None], low: float, first: float, most: float) -> float | None:
-        """About the least x above `low` that helps, looked for in steps from `first` on; None where none up to `most`."""
+        """About the least x above `low` that helps, at most `most` above, steps growing from `first`; or None."""
         step, high = first, low + first
         while not self._helps(change(high)):
             low, step = high, 2 * step

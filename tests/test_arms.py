@@ -481,3 +481,31 @@ def test_derivatives_of_free_angles_are_bounded_between_knots():
         dense = np.abs(spline(low[:, None] + np.linspace(0, 1 / 7, 5001), order)[..., 0]).max(axis=1)
         assert np.all(bound >= dense * (1 - 1e-12))
         assert bound == pytest.approx(dense, rel=1e-2)
+
+
+def test_a_fast_joint_between_samples_is_seen():
+    """Close by its base a folded arm turns within a few millionths of the duration."""
+    pair = Pair(0.25, 0.25)
+    ends = [pair.angles(np.array([x, 3e-5]), 1.0) for x in (0.31, -0.2113)]
+    first, last = (pm.Pose(joints=(float(a), float(b - a))) for a, b in ends)
+    links = [pm.Link(length=0.5, mass=1, com=0, max_speed=1e4), pm.Link(length=1, mass=1)]
+    plan = pm.solve(pm.ArmManeuver(arm=pm.Arm(links=links), start=first, goal=last, duration=2))
+    assert plan.status == "unknown"
+    assert "15645" in plan.exceeded[0]
+
+
+def test_an_elbow_that_turns_over_beside_its_edge_jumps():
+    task = small(start=pm.Pose(tip=(1.2, -0.6), elbow="up"), goal=pm.Pose(tip=(1.3, 0.4), elbow="down"), obstacles=())
+    plan = pm.solve(task)
+    assert plan.status == "solved"
+    path = dataclasses.replace(plan.joints, changes=(plan.joints.changes[0] + 0.002,))
+    assert not link_clearance(Workspace(plan.maneuver), path).steady
+
+
+def test_explanations_of_arms_are_tried_out():
+    plan = pm.solve(small(max_peak=0.1))
+    why = plan.explanation
+    assert {"max_peak", "duration"} <= set(why.conflict)
+    assert {one.field for one in why.repairs} == {"max_peak", "duration"}
+    for one in why.repairs:
+        assert pm.solve(one.maneuver).status == "solved"

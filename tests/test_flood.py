@@ -29,11 +29,16 @@ def test_a_way_that_is_closed_is_proved_so():
     assert plan.status == "infeasible"
     assert plan.lower_bound == np.inf
     assert plan.joints is None
+    why = plan.explanation
+    assert why.conflict == ("obstacles[0]", "obstacles[1]")
+    assert why.repairs
+    assert {one.field for one in why.repairs} <= set(why.conflict)
     assert pm.verify(plan.to_json()).passed
 
 
 def test_a_flood_that_parts_nothing_proves_nothing():
     data = json.loads(pm.solve(between_bars(0.75, -1.8)).to_json())
+    assert data["flooded"] in FLOODS
     for cells in (0, 32):  # none, or one too coarse to tell
         found = pm.verify(json.dumps(data | {"flooded": cells}))
         assert any("lower_bound" in one for one in found.problems)
@@ -46,7 +51,7 @@ def test_with_one_bar_the_arm_goes_around():
     """The other way about is open, however far it is."""
     workspace = Workspace(between_bars(0.75))
     (passage,) = passages(workspace)
-    found = settled(workspace, [(passage.theta, None)])
+    found = settled(workspace, [(passage.theta, None)], np.inf)
     assert not found.parts(passage.theta)
     way = found.way(passage.theta)
     assert way is not None

@@ -29,7 +29,7 @@ def explain_arm(plan: ArmPlan, time_limit: float) -> Explanation | None:
     """
     if plan.status != "infeasible":
         return None
-    until, maneuver = time.perf_counter() + time_limit, plan.maneuver
+    until, maneuver = time.perf_counter() + min(time_limit, plan.settings.time_limit or time_limit), plan.maneuver
     if math.isinf(plan.lower_bound):
         kept = _fewest(maneuver, closed)
         fields = (*kept, "margin") if maneuver.margin and not closed(_with(maneuver, margin=0.0)) else tuple(kept)

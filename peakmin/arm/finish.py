@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..answer import Status
 from ..arrays import Array
 from ..check import check
 from ..plan import Made
+from ..planned import Status
 from ..spec import Maneuver, Settings
 from .clearance import link_clearance
 from .joints import JointPath

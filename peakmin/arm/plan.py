@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..answer import Answer, Status, table_text
 from ..arrays import Array
 from ..plan import Made
+from ..planned import Planned, Status, table_text
 from ..spec import Maneuver, Settings
 from ..trajectory import Trajectory
 from .clearance import LinkClearance
@@ -33,7 +33,7 @@ NEAR = 1e-3  # of the arm: how close to the margin counts as a contact
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ArmPlan(Answer):
+class ArmPlan(Planned):
     """A motion of an arm, from pose to pose.
 
     status: "solved" (checked, free of the obstacles, within reach and limits), "infeasible" (proved: every motion

@@ -1,4 +1,4 @@
-"""What every answer offers, of a centre of mass or of an arm: its motion, its gap, its check, its text."""
+"""What every plan offers, of a centre of mass or of an arm: its motion, its gap, its check, its text."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .trajectory import Trajectory
 Status = Literal["solved", "infeasible", "unknown"]
 
 
-class Answer:
+class Planned:
     """Accessors over a plan's own fields."""
 
     status: Status

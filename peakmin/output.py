@@ -1,0 +1,65 @@
+"""What the terminal writes besides text: files of a plan, figures, a bar of progress."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from . import files
+
+if TYPE_CHECKING:
+    from .budget import ErrorBudget
+    from .plan import Plan
+    from .progress import Progress
+    from .sweep import Sweep
+
+
+def write_plan(plan: Plan, out: Path) -> None:
+    files.write(out / "plan.json", plan.to_json(indent=2) + "\n")
+    if plan.trajectory is not None:
+        files.write(out / "plan.csv", plan.to_csv())
+        save(out / "plan.png", plan)
+
+
+def save(path: Path, thing: Plan | Sweep | ErrorBudget) -> None:
+    import io
+
+    headless()
+    import matplotlib.pyplot as plt
+
+    from . import plots
+    from .plan import Plan
+
+    if isinstance(thing, Plan):
+        figure = plots.overview(thing)
+    else:
+        with plt.rc_context(plots.STYLE):
+            figure = plt.figure()
+            thing.plot(ax=figure.add_subplot())
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": None})
+    plt.close(figure)
+    files.write(path, buffer.getvalue())
+
+
+def headless() -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+
+
+@contextmanager
+def bar(name: str) -> Iterator[Progress | None]:
+    """A bar on stderr when that is a terminal, nothing otherwise."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    with Bar(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

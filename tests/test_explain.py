@@ -1,0 +1,137 @@
+"""Explanations: the entries named do conflict, none of them is idle, and every change that is offered was solved."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import peakmin as pm
+from peakmin.cli import main
+from peakmin.impossible import impossible, least_way
+from peakmin.repairs import upwards
+
+WALL = pm.Wall(tip=(0.7, 0.3))
+POST = pm.Block(vertices=[(0.4, -0.2), (0.5, -0.2), (0.5, 0.3), (0.4, 0.3)])
+ASIDE = pm.Block(vertices=[(0.7, -0.1), (0.75, -0.1), (0.75, 0.05), (0.7, 0.05)])
+STRIP = [(-0.1, -0.1), (1.1, -0.1), (1.1, 0.2), (-0.1, 0.2)]
+COARSE = pm.Settings(grid=pm.Aligned(steps=40))
+
+
+def maneuver(**changes):
+    start, goal = pm.State(position=(0, 0)), pm.State(position=(1, 0))
+    return pm.Maneuver(**({"start": start, "goal": goal, "duration": 1, "obstacles": [WALL]} | changes))
+
+
+CASES = {
+    "peak": (
+        maneuver(max_peak=5),
+        {"obstacles[0]", "max_peak", "duration"},
+        {"max_peak", "duration", "obstacles[0].tip"},
+    ),
+    "one of two walls": (
+        maneuver(obstacles=[pm.Wall(tip=(0.3, 0.05)), pm.Wall(tip=(0.7, 0.5))], max_peak=8),
+        {"obstacles[1]", "max_peak", "duration"},
+        {"max_peak", "duration", "obstacles[1].tip"},
+    ),
+    "the way alone": (maneuver(max_peak=3.9), {"max_peak", "duration"}, {"max_peak", "duration"}),
+    "speed": (maneuver(max_speed=0.9), {"max_speed", "duration"}, {"max_speed", "duration"}),
+    "speed past a wall": (
+        maneuver(max_speed=1.1, obstacles=[pm.Wall(tip=(0.5, 0.5))]),
+        {"max_speed", "duration", "obstacles[0]"},
+        {"max_speed", "duration"},
+    ),
+    "region": (maneuver(region=STRIP), {"region", "obstacles[0]"}, {"obstacles[0].tip"}),
+    "closed": (maneuver(region=STRIP, obstacles=[ASIDE, POST]), {"region", "obstacles[1]"}, {"region", "obstacles[1]"}),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_conflicts_and_repairs(name):
+    asked, conflict, repaired = CASES[name]
+    plan = pm.solve(asked, COARSE)
+    assert plan.status == "infeasible"
+    assert pm.verify(plan.to_json()).passed
+    why = plan.explanation
+    assert set(why.conflict) == conflict
+    assert repaired <= {one.field for one in why.repairs}
+    assert [one.cost for one in why.repairs] == sorted(one.cost for one in why.repairs)
+    for one in why.repairs:
+        again = pm.solve(one.maneuver, COARSE)
+        assert again.status == "solved"
+        assert again.peak == one.peak
+        words = {"obstacles[0].tip": "obstacles"}.get(one.field, one.field.split("[")[0])
+        assert words in one.text
+
+
+def test_changes_are_as_small_as_they_get():
+    why = pm.solve(maneuver(max_peak=5)).explanation
+    least = {one.field: one for one in why.repairs}
+    free = pm.solve(maneuver()).peak
+    assert least["max_peak"].maneuver.max_peak == pytest.approx(free, rel=1e-2)
+    assert least["duration"].maneuver.duration == pytest.approx(pm.shortest(maneuver(), 5.0).duration, rel=1e-2)
+    lower = least["obstacles[0].tip"].maneuver.walls[0].tip[1]
+    assert pm.solve(maneuver(obstacles=[pm.Wall(tip=(0.7, lower + 0.002))], max_peak=5)).status == "infeasible"
+
+
+def test_what_can_be_done_is_not_explained():
+    assert pm.solve(maneuver()).explanation is None
+    assert pm.explain(maneuver()) is None
+
+
+def test_no_path_is_shorter_than_the_least_way():
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        q = int(rng.integers(0, 4))
+        walls = [
+            pm.Wall(
+                tip=tuple(rng.uniform(-1, 2, 2)),
+                direction=tuple(rng.normal(size=2)),
+                contact=str(rng.choice(["clear", "touch"])),
+            )
+            for _ in range(q)
+        ]
+        asked = maneuver(obstacles=()).model_copy(update={"obstacles": tuple(walls)})
+        bound = least_way(asked)
+        free = np.array([-np.array(w.direction) / np.hypot(*w.direction) for w in walls]).reshape(-1, 2)
+        tips = np.array([w.tip for w in walls]).reshape(-1, 2)
+        moves = np.array([w.contact == "clear" for w in walls])
+        s = np.abs(rng.normal(size=(4000, q))) * rng.choice([0, 0.1, 1, 3], (4000, 1)) * moves
+        points = np.concatenate(
+            [np.zeros((4000, 1, 2)), tips + s[..., None] * free, np.tile([[[1.0, 0]]], (4000, 1, 1))], axis=1
+        )
+        lengths = np.sum(np.linalg.norm(np.diff(points, axis=1), axis=-1), axis=1)
+        assert bound <= lengths.min()
+        assert bound >= 1 - 1e-6
+        if not np.any(moves):
+            assert bound == pytest.approx(lengths.min(), rel=1e-6)
+
+
+def test_a_touching_pair_of_blocks_does_not_close_a_region():
+    halves = [pm.Block(vertices=[(0.4, -0.2), (0.5, -0.2), (0.5, 0.05), (0.4, 0.05)])]
+    halves += [pm.Block(vertices=[(0.5, 0.05), (0.6, 0.05), (0.6, 0.3), (0.5, 0.3)])]
+    assert impossible(maneuver(region=STRIP, obstacles=halves)) is None
+    overlapping = [halves[0], pm.Block(vertices=[(0.49, 0.04), (0.6, 0.04), (0.6, 0.3), (0.49, 0.3)])]
+    assert impossible(maneuver(region=STRIP, obstacles=overlapping)).fields[0] == "region"
+
+
+@pytest.mark.parametrize(("x", "up"), [(1.2643, 1.27), (8.537415, 8.54), (0.03091, 0.031), (1.0, 1.0), (99.91, 100.0)])
+def test_numbers_are_rounded_up(x, up):
+    assert upwards(x) == up
+
+
+def test_the_terminal_says_why(tmp_path, capsys):
+    file = tmp_path / "spec.json"
+    file.write_text(pm.Spec(maneuver=maneuver(max_peak=5)).to_json())
+    with pytest.raises(SystemExit) as left:
+        main(["solve", str(file)])
+    said = capsys.readouterr().out
+    assert left.value.code == 3
+    assert re.search(r"duration 1 s is too short: 1\.\d+ s would do", said)
+    assert re.search(r"lower obstacles\[0\].tip by 0\.\d+ m", said)
+    assert re.search(r"raise max_peak to 6\.\d+ m/s²", said)
+    with pytest.raises(SystemExit):
+        main(["explain", str(file), "--json"])
+    told = json.loads(capsys.readouterr().out)["explanation"]
+    assert told["conflict"] == ["obstacles[0]", "max_peak", "duration"]
+    assert len(told["repairs"]) == 3
