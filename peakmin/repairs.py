@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 
+from .branch import certify
 from .circle import Disc
 from .errors import SpecError
+from .frame import Frame
 from .grid import Aligned
 from .impossible import impossible, least_way
+from .moments import PointMass
 from .obstacles import Wall
 from .search import solve
 from .spec import Exact, Maneuver, Settings
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
     from .arm.maneuver import ArmManeuver
 
 FINEST = 1e-3  # relative: to which the least change is looked for; what is said is rounded up to three digits
+ROUGH = 1e-2  # the same with blocks, a region or a speed
 COARSE, STEPS = 40, 4  # holds of a quick look; changes that are tried with the real settings, each a little larger
 MOST = 1e3  # times the entry: larger changes are not looked for
 FURTHEST = 10.0  # times the maneuver's size: nothing is moved further
@@ -74,25 +78,34 @@ class Trials:
 
     def least(self, change: Callable[[float], Maneuver | None], low: float, first: float, most: float) -> float | None:
         """About the least x above `low` that helps, at most `most` above, steps growing from `first`; or None."""
-        step, high = first, low + first
+        step, high, start = first, low + first, change(low + first)
+        simple = start is not None and start.simple
         while not self._helps(change(high)):
             low, step = high, 2 * step
             high = low + step
             if step > most or self.over:
                 return None
-        while high - low > FINEST * high and not self.over:
+        while high - low > (FINEST if simple else ROUGH) * high and not self.over:
             middle = (low + high) / 2
             low, high = (low, middle) if self._helps(change(middle)) else (middle, high)
         return high
 
     def _helps(self, maneuver: Maneuver | None) -> bool:
-        """Whether it is solved, as far as a quick look can tell."""
-        if maneuver is None:
+        """Whether it is solved, as a quick look tells: at the times that are best without region and speed."""
+        if maneuver is None or impossible(maneuver) is not None:
             return False
-        coarse: dict[str, Any] = {"grid": Aligned(steps=COARSE)}
-        if maneuver.simple and isinstance(self.settings.circle, Disc):
-            coarse = {"method": Exact()}
-        return self.solve(maneuver, self.settings.model_copy(update=coarse))[0] == "solved"
+        quick: dict[str, Any] = {"grid": Aligned(steps=COARSE)}
+        if maneuver.blocks:
+            return self.solve(maneuver, self.settings.model_copy(update=quick))[0] == "solved"
+        if maneuver.simple:
+            quick = {"method": Exact()} if isinstance(self.settings.circle, Disc) else quick
+            return self.solve(maneuver, self.settings.model_copy(update=quick))[0] == "solved"
+        from .keep import KeptProgram  # cvxpy takes a second to import
+
+        mass = PointMass.of(maneuver.past(maneuver.walls))
+        circle = self.settings.circle.facing(Frame.from_maneuver(maneuver).angle)
+        kept = KeptProgram(maneuver, maneuver.walls, circle, Aligned(steps=COARSE)).at(certify(mass, 1e-3).times)
+        return kept is not None and kept[1].upper * mass.unit <= (maneuver.max_peak or math.inf)
 
     def repair(
         self,
@@ -116,7 +129,7 @@ class Trials:
                 if status == "solved":
                     yield Repair(field, text.format(f"{x:.6g}"), maneuver, peak, cost(x))
                     return
-            x *= 1 + 5 * FINEST
+            x *= 1 + (5 * FINEST if maneuver is None or maneuver.simple else 2 * ROUGH)
 
 
 def changed(maneuver: Maneuver, **fields: object) -> Maneuver:
