@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from .arm.maneuver import ArmManeuver, ArmSpec
     from .arm.plan import ArmPlan
     from .arm.spec import Arm, Link, Pose
+    from .oracle import PeakOracle, Peaks
     from .program import DirectProgram, FeasibilityProgram
 
 __version__ = _version("peakmin")
@@ -74,7 +75,9 @@ __all__ = [
     "Made",
     "Maneuver",
     "NotDPPError",
+    "PeakOracle",
     "PeakminError",
+    "Peaks",
     "Plan",
     "Polygon",
     "Pose",
@@ -110,6 +113,7 @@ _LATER = {  # what takes time to import, by its module
     "arm.spec": ("Arm", "Link", "Pose"),
     "arm.maneuver": ("ArmManeuver", "ArmSpec"),
     "arm.plan": ("ArmPlan",),
+    "oracle": ("PeakOracle", "Peaks"),
 }
 
 

@@ -1,0 +1,74 @@
+"""The oracle answers as `solve` does, compiles once for each thread, and takes queries in every shape."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import peakmin as pm
+
+MANEUVER = pm.Maneuver(
+    start=pm.State(position=(0, 0)),
+    goal=pm.State(position=(1, 0)),
+    duration=1,
+    obstacles=[pm.Wall(tip=(0.5, 0.5), contact="touch")],
+)
+TIPS = np.array([[[0.4, 0.3]], [[0.5, 0.5]], [[0.6, 0.45]]])
+
+
+def test_queries_are_solves():
+    found = pm.PeakOracle(MANEUVER).peaks(start=[0, 0, 0.2, -0.5], tips=TIPS, duration=[0.8, 1.0, 1.2])
+    for k, duration in enumerate((0.8, 1.0, 1.2)):
+        wall = pm.Wall(tip=tuple(TIPS[k, 0]), contact="touch")
+        start = pm.State(position=(0, 0), velocity=(0.2, -0.5))
+        plan = pm.solve(
+            pm.Maneuver(start=start, goal=MANEUVER.goal, duration=duration, obstacles=[wall]),
+            pm.Settings(method=pm.Exact()),
+        )
+        assert found.peak[k] == plan.peak
+        assert found.lower_bound[k] == plan.lower_bound
+        assert found.obstacle_times[k] == pytest.approx(plan.obstacle_times)
+    assert np.all(found.solved)
+    assert np.all(found.gap <= 1e-6)
+
+
+def test_sensitivities_are_derivatives():
+    oracle, h = pm.PeakOracle(MANEUVER), 1e-4
+    slope = oracle.peaks().sensitivities[0].goal_position
+    for k, step in enumerate(np.eye(2) * h):
+        goal = np.array([1.0, 0.0])
+        difference = (oracle.peak(goal=goal + step) - oracle.peak(goal=goal - step)) / (2 * h)
+        assert slope[k] == pytest.approx(difference, rel=1e-3, abs=1e-3)
+
+
+def test_walls_of_a_query_take_the_place_of_all():
+    oracle = pm.PeakOracle(MANEUVER)
+    assert oracle.peak(walls=[]) == pytest.approx(4.0)
+    assert oracle.peak(walls=[pm.Wall(tip=(0.5, -1))]) == pytest.approx(4.0)
+    assert oracle.peak(goal=pm.State(position=(2, 0)), walls=[]) == pytest.approx(8.0)
+
+
+def test_programs_are_compiled_once_for_each_thread():
+    held = pm.Settings(circle=pm.Polygon(segments=2), grid=pm.Aligned(steps=20))
+    oracle = pm.PeakOracle(MANEUVER, held)
+    compiled = [oracle.plan(walls=TIPS[k]).made.compilations for k in range(3)]
+    assert compiled == [0, 0, 0]  # the first was compiled with the oracle
+    alone = [oracle.peak(walls=tips) for tips in TIPS]
+    with ThreadPoolExecutor(2) as threads:
+        together = list(threads.map(lambda k: oracle.peak(walls=TIPS[k % 3]), range(12)))
+    assert together == alone * 4
+
+
+@pytest.mark.parametrize(
+    ("query", "words"),
+    [
+        ({"start": [0, 0, 0]}, r"^start: was of shape \(3,\)"),
+        ({"tips": [[0, 1], [1, 1]]}, r"^tips: was of shape \(2, 2\)"),
+        ({"duration": [1, 2], "start": [[0, 0]] * 3}, r"^queries: was \[2, 3\]"),
+        ({"duration": -1}, r"^duration: was -1.0"),
+        ({"goal": [np.nan, 0]}, r"^position\[0\]: was nan"),
+    ],
+)
+def test_wrong_queries_are_refused_in_one_line(query, words):
+    with pytest.raises(pm.SpecError, match=words):
+        pm.PeakOracle(MANEUVER).peaks(**query)
