@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+import numpy as np
+
 from .model import load, read_file
 from .progress import Progress
 from .search import solve as solve_point
@@ -44,6 +46,7 @@ def solve(
     return solve_point(maneuver, settings, progress)
 
 
+@np.errstate(all="ignore")  # a number that is none fails every comparison that it enters
 def verify(text: str | bytes) -> Verification:
     """Compute anew everything that a plan document states: states, crossings, peak, clearance, bound, gap.
 
