@@ -186,7 +186,7 @@ class _Box:
     def improve(self, enough: float) -> Iterator[tuple[Extremal, Array]]:
         """Try better and dearer multipliers until the bound is enough; yields the optima met on the way."""
         mass, centre = self.mass, inside(self.low, self.high)
-        if self.bound >= enough:
+        if self.bound >= enough or not far_apart(centre):
             return
         # cheap multipliers first: far from the optimum they are good enough
         nodal = Nodal(mass, np.concatenate([[0.0], centre, [1.0]]))
@@ -208,6 +208,8 @@ class _Box:
                 return
             room = EDGE * (self.high - self.low)
             place = inside(np.maximum(self.low, place - room), np.minimum(self.high, place + room))
+            if not far_apart(place):
+                return
 
     def _try(self, multipliers: Array, at: Array) -> None:
         self.optimal = multipliers
@@ -246,6 +248,11 @@ def inside(low: Array, high: Array) -> Array:
     for i in range(1, q):
         times[i] = max(times[i], times[i - 1] + APART)
     return np.asarray(times)
+
+
+def far_apart(times: Array) -> bool:
+    """Whether M* can be evaluated at these times, (q,): in a box at an end, or of times that coincide, it cannot."""
+    return bool(np.all(np.diff(np.concatenate([[0.0], times, [1.0]])) >= 0.5 * APART))
 
 
 def apart(times: Array) -> Array:
