@@ -220,7 +220,7 @@ def mutated(draw, trees, most=3):
             st.sampled_from(["replace"] * 3 + ["scale"] * 2 + ["drop", "twice", "rename", "add", "repeat", "swap"])
         ):
             case "replace":
-                inside[key] = draw(hostile_values())
+                inside[key] = deepcopy(draw(hostile_values()))
             case "scale":
                 inside[key] = scaled(
                     value, draw(st.sampled_from([0.0, -1.0, 1e300, 1e-300, 1e60, 1e-60, 1e6, 1e-6, 3.0]))
@@ -228,11 +228,11 @@ def mutated(draw, trees, most=3):
             case "drop":
                 del inside[key]
             case "twice" if isinstance(inside, dict):
-                inside[Twin(key)] = draw(st.sampled_from([value, None, 0]))
+                inside[Twin(key)] = deepcopy(draw(st.sampled_from([value, None, 0])))
             case "rename" if isinstance(inside, dict):
                 inside[draw(st.sampled_from(KEYS))] = inside.pop(key)
             case "add" if isinstance(inside, dict):
-                inside[draw(st.sampled_from(KEYS))] = draw(hostile_values())
+                inside[draw(st.sampled_from(KEYS))] = deepcopy(draw(hostile_values()))
             case "repeat" if isinstance(inside, list):
                 inside[:] = inside * draw(st.sampled_from([2, 3, 50] + [5000] * (len(inside) < 5)))
             case "swap":

@@ -259,3 +259,28 @@ def test_what_differs_is_shown_without_its_control_characters(small_plan):
     found = pm.verify(json.dumps(small_plan | {"sensitivities": {"\x1b[2J\n\ud800": 1}}))
     assert [problem.isprintable() for problem in found.problems] == [True] * len(found.problems)
     assert any(problem.startswith("sensitivities: was ") for problem in found.problems)
+
+
+def test_a_wall_whose_tip_is_the_goal_leaves_no_time_of_its_own():
+    """The best obstacle time is the end itself: boxes there become too narrow for M* to be evaluated in."""
+    goal = pm.State(position=(0.42, -0.6))
+    asked = wall_maneuver(
+        start=pm.State(position=(0.31, -0.33)), goal=goal, duration=20.0, obstacles=(pm.Wall(tip=goal.position),)
+    )
+    plan = pm.solve(asked, pm.Settings(grid=pm.Aligned(steps=26)))
+    assert plan.lower_bound <= plan.peak
+    assert pm.verify(plan.to_json()).passed
+
+
+def test_what_cannot_be_simulated_is_said_in_one_line(monkeypatch):
+    pytest.importorskip("mujoco")
+    from peakmin.arm.simulate import simulate
+
+    arm = pm.Arm(links=[pm.Link(length=1.0, mass=1.0)] * 2)
+    plan = pm.solve(
+        pm.ArmManeuver(arm=arm, start=pm.Pose(joints=(0.2, 0.9)), goal=pm.Pose(joints=(0.9, 0.5)), duration=1.0),
+        pm.Settings(grid=pm.Aligned(steps=8)),
+    )
+    monkeypatch.setattr(type(plan), "torques", lambda self, t: np.full((len(t), 2), np.inf) - np.inf)
+    with pytest.raises(pm.PeakminError, match="torques without end"):
+        simulate(plan)
