@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: paper test proofs bench lint clean
+.PHONY: paper test proofs fuzz bench lint clean
 
 paper: .venv/installed
 	$(BIN)/peakmin paper --out out
@@ -18,6 +18,11 @@ lint: .venv/installed
 # all seeds, 500 random maneuvers, 300 random scenes and 120 tasks of arms, where `make test` takes some
 proofs: .venv/installed
 	PEAKMIN_SEEDS=all $(BIN)/pytest -n 2 -p no:benchmark tests/test_agreement.py tests/test_exact.py tests/test_scenes.py tests/test_arm_tasks.py
+
+# 21000 files of hostile bytes, broken specs and broken plans, others every time; `make fuzz SEED=7` has those of seed 7
+fuzz: SEED ?= $(shell date +%s)
+fuzz: .venv/installed
+	PEAKMIN_FUZZ=21000 PEAKMIN_FUZZ_SEED=$(SEED) $(BIN)/pytest -n 2 --dist worksteal -p no:benchmark tests/test_fuzz.py
 
 bench: .venv/installed
 	$(BIN)/python benchmarks/table.py

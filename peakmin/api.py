@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+import numpy as np
+
 from .explain import Explanation
 from .model import load, read_file
 from .progress import Progress
@@ -57,6 +59,7 @@ def explain(maneuver: Maneuver | ArmManeuver, settings: Settings | None = None) 
     return solve(maneuver, settings).explanation
 
 
+@np.errstate(all="ignore")  # a number that is none fails every comparison that it enters
 def verify(text: str | bytes) -> Verification:
     """Compute anew everything that a plan document states: states, crossings, peak, clearance, bound, gap.
 

@@ -7,6 +7,7 @@ import itertools
 import math
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,10 @@ NEAR, MOST_TRIALS = 0.02, 300  # of the duration; how far and how often is looke
 ROOM = 1e-3  # least distance of the times that a search starts from
 EDGE = 0.1  # of a box: how far around a place its times are looked for, so as not to end on a side
 WORTH_A_MOVE = 1e-4  # relative improvement of a box's bound after which another one is
+
+
+class _OverError(Exception):
+    """The time is over: what a minimiser has found so far is taken."""
 
 
 @dataclass(frozen=True)
@@ -75,29 +80,30 @@ def certify(
         start: times near the best ones, shape (q,); default evenly spread.
         enough: a bound [scaled] at which to stop too, whatever the gap.
     """
-    began, q = time.perf_counter(), mass.walls
+    until, q = time.perf_counter() + time_limit, mass.walls
     at = inside(np.zeros(q), np.ones(q)) if start is None else apart(start)
     first = extremal(mass, at)
     root = Leaf((0.0,) * q, (1.0,) * q, first.multipliers, tuple(at.tolist()))
     if math.isfinite(enough) and (bound := root.bound(mass)) >= enough:
         return Certificate([root], min(bound, first.upper), first, at, 1, first.upper * (1 - gap) <= bound)
-    best, at = descend(mass, first, at)
+    best, at = descend(mass, first, at, until)
     serial = itertools.count()
     root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers, tuple(at.tolist()))
     bound = root.bound(mass)
     size = np.hypot(*best.multipliers.T)
     push = size[2:] > IDLE * np.max(size, initial=0.0)
     if 0 < best.upper < math.inf and not np.all(push) and bound < (1 - gap) * best.upper:
-        few = certify(mass.only(push), gap / 2, node_limit, time_limit, progress, at[push], enough)
+        left = until - time.perf_counter()
+        few = certify(mass.only(push), gap / 2, node_limit, left, progress, at[push], enough)
         if few.lower >= (1 - gap) * best.upper:
             leaves = [_past_idle(leaf, push, at) for leaf in few.leaves]
             return Certificate(leaves, min(few.lower, best.upper), best, at, few.nodes, True)
     if bound < (1 - gap) * best.upper and start is None:
-        best, at = _elsewhere(mass, best, at)
+        best, at = _elsewhere(mass, best, at, until)
     waiting = [(bound, next(serial), root, best.multipliers)]
     nodes = 1
     while q and waiting[0][0] < min((1 - gap) * best.upper, enough) and best.upper > 0:
-        if nodes >= node_limit or time.perf_counter() - began >= time_limit:
+        if nodes >= node_limit or time.perf_counter() >= until:
             break
         bound, _, leaf, optimal = heapq.heappop(waiting)
         for low, high in halves(leaf.low, leaf.high, optimal):
@@ -107,7 +113,7 @@ def certify(
             search = _Box(mass, Leaf(low, high, leaf.multipliers, leaf.at))
             for found, there in search.improve(min((1 - gap) * best.upper, enough)):
                 if found.upper < best.upper * (1 - WORTH_A_DESCENT):
-                    best, at = descend(mass, found, there)
+                    best, at = descend(mass, found, there, until)
             # what holds for the parent's box holds for its half
             heapq.heappush(waiting, (max(search.bound, bound), next(serial), search.leaf, search.optimal))
         if progress:
@@ -118,25 +124,28 @@ def certify(
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
 
 
-def _elsewhere(mass: PointMass, best: Extremal, at: Array) -> tuple[Extremal, Array]:
+def _elsewhere(mass: PointMass, best: Extremal, at: Array, until: float) -> tuple[Extremal, Array]:
     """The best of a few descents, from where a coarse choice of ordered times is best: M* can have several minima."""
     q = mass.walls
     if q > len(COARSE) // 2:
         return best, at
     points = [np.array(point) for point in itertools.combinations(COARSE, q)]
-    found = sorted(((extremal(mass, point), point) for point in points), key=lambda pair: pair[0].upper)
+    in_time = itertools.takewhile(lambda _: time.perf_counter() < until, points)
+    found = sorted(((extremal(mass, point), point) for point in in_time), key=lambda pair: pair[0].upper)
     for here, point in found[:DESCENTS]:
-        there, times = descend(mass, here, point)
+        there, times = descend(mass, here, point, until)
         if there.upper < best.upper:
             best, at = there, times
-    return _polished(mass, best, at)
+    return _polished(mass, best, at, until)
 
 
-def _polished(mass: PointMass, best: Extremal, at: Array) -> tuple[Extremal, Array]:
+def _polished(mass: PointMass, best: Extremal, at: Array, until: float) -> tuple[Extremal, Array]:
     """Better times nearby without slopes, which M* need not have where a wall stops to push."""
 
     def value(times: Array) -> float:
         nonlocal best, at
+        if time.perf_counter() >= until:
+            raise _OverError
         if np.any(np.diff(np.concatenate([[0.0], times, [1.0]])) < APART):
             return 1e9
         here = extremal(mass, times)
@@ -149,7 +158,8 @@ def _polished(mass: PointMass, best: Extremal, at: Array) -> tuple[Extremal, Arr
     for _ in range(2):
         simplex = at + NEAR * np.vstack([np.zeros(mass.walls), together])
         options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxfev": MOST_TRIALS}
-        minimize(value, at, method="Nelder-Mead", options=options)
+        with suppress(_OverError):
+            minimize(value, at, method="Nelder-Mead", options=options)
     return best, at
 
 
@@ -176,7 +186,7 @@ class _Box:
     def improve(self, enough: float) -> Iterator[tuple[Extremal, Array]]:
         """Try better and dearer multipliers until the bound is enough; yields the optima met on the way."""
         mass, centre = self.mass, inside(self.low, self.high)
-        if self.bound >= enough:
+        if self.bound >= enough or not far_apart(centre):
             return
         # cheap multipliers first: far from the optimum they are good enough
         nodal = Nodal(mass, np.concatenate([[0.0], centre, [1.0]]))
@@ -198,6 +208,8 @@ class _Box:
                 return
             room = EDGE * (self.high - self.low)
             place = inside(np.maximum(self.low, place - room), np.minimum(self.high, place + room))
+            if not far_apart(place):
+                return
 
     def _try(self, multipliers: Array, at: Array) -> None:
         self.optimal = multipliers
@@ -238,6 +250,11 @@ def inside(low: Array, high: Array) -> Array:
     return np.asarray(times)
 
 
+def far_apart(times: Array) -> bool:
+    """Whether M* can be evaluated at these times, (q,): in a box at an end, or of times that coincide, it cannot."""
+    return bool(np.all(np.diff(np.concatenate([[0.0], times, [1.0]])) >= 0.5 * APART))
+
+
 def apart(times: Array) -> Array:
     """The times in order, moved from each other and the ends by at least ROOM, shape (q,)."""
     steps = np.maximum(np.diff(np.concatenate([[0.0], times, [1.0]])), ROOM)
@@ -250,8 +267,8 @@ def slopes(mass: PointMass, times: Array, found: Extremal) -> Array:
     return np.asarray(-np.sum(found.multipliers[2:] * found.motion.velocity(times), axis=1) / area)
 
 
-def descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, Array]:
-    """A local minimum of M* over the times from the given ones; never worse than those."""
+def descend(mass: PointMass, found: Extremal, times: Array, until: float = math.inf) -> tuple[Extremal, Array]:
+    """A local minimum of M* over the times from the given ones, or what is known of it by `until`; never worse."""
     q = mass.walls
     if not q or found.upper == 0 or not math.isfinite(found.upper):
         return found, times
@@ -259,6 +276,8 @@ def descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, A
 
     def value(at: Array) -> tuple[float, Array]:
         nonlocal best
+        if time.perf_counter() >= until:
+            raise _OverError
         at = np.clip(at, APART, 1 - APART)
         if np.any(np.diff(at) < APART):
             return 1e3, np.zeros(q)
@@ -271,13 +290,7 @@ def descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, A
 
     order = np.eye(q)[1:] - np.eye(q)[:-1]
     constraints = [LinearConstraint(order, lb=APART)] if q > 1 else []
-    minimize(
-        value,
-        times,
-        jac=True,
-        method="SLSQP",
-        bounds=[(APART, 1 - APART)] * q,
-        constraints=constraints,
-        options={"maxiter": 40, "ftol": FINE},
-    )
+    bounds, options = [(APART, 1 - APART)] * q, {"maxiter": 40, "ftol": FINE}
+    with suppress(_OverError):
+        minimize(value, times, jac=True, method="SLSQP", bounds=bounds, constraints=constraints, options=options)
     return best

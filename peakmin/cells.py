@@ -130,6 +130,8 @@ class Cells:
     def _allowed(self, gap: Gap, x: float) -> bool:
         low, high = gap.at(x)
         for block, rings in zip(self.maneuver.blocks, self.rings, strict=True):
+            if block.side == "either":
+                continue
             section = [y for ring in rings for y in _heights(ring, x)]
             room = SAME * self.size
             if section and (
@@ -252,10 +254,10 @@ def _crossing(rings: list[Array], left: float, right: float) -> list[tuple[float
     """The edges y = a + b x that run all through a strip."""
     middle, out = 0.5 * (left + right), []
     for ring in rings:
-        for p, q in zip(ring, np.roll(ring, -1, axis=0), strict=True):
-            if min(p[0], q[0]) < middle < max(p[0], q[0]):
-                slope = float((q[1] - p[1]) / (q[0] - p[0]))
-                out.append((float(p[1] - slope * p[0]), slope))
+        (x, y), (after, height) = ring.T, np.roll(ring, -1, axis=0).T
+        for k in np.flatnonzero((np.minimum(x, after) < middle) & (middle < np.maximum(x, after))):
+            slope = float((height[k] - y[k]) / (after[k] - x[k]))
+            out.append((float(y[k] - slope * x[k]), slope))
     return out
 
 

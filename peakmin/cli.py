@@ -168,6 +168,8 @@ def study_command(
 def verify_command(plan: PlanFile, as_json: Json = False) -> None:
     """Compute anew everything that a plan file states, from the file alone; exit status 4 if any of it is not so."""
     found = api.verify(read_file(plan))
+    import numpy as np
+
     from .arm import terminal
     from .plan import Plan
 
@@ -177,7 +179,8 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
         print(json.dumps({"verified": found.passed, **numbers, "problems": list(found.problems)}, indent=2))
     else:
         print("verified" if found.passed else "NOT as stated")
-        print(words.facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
+        with np.errstate(all="ignore"):
+            print(words.facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
         for problem in found.problems:
             print(f"  {problem}")
     raise typer.Exit(0 if found.passed else EXIT["unknown"])
@@ -239,10 +242,10 @@ def main(arguments: list[str] | None = None) -> NoReturn:
             or 0
         )
     except PeakminError as error:
-        print(f"peakmin: {error}", file=sys.stderr)
+        print(f"peakmin: {words.one_line(str(error))}", file=sys.stderr)
     except TyperException as error:
         message = getattr(error, "format_message", error.__str__)()
-        print(f"peakmin: {' '.join(message.split())}", file=sys.stderr)
+        print(f"peakmin: {words.one_line(' '.join(message.split()))}", file=sys.stderr)
     except typer.Abort:
         print("peakmin: stopped", file=sys.stderr)
         sys.exit(STOPPED)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from .cells import Cells
 from .certify import Leaf, Proof
 from .costate import CostateTrajectory
 from .errors import SpecError
-from .model import load
+from .model import LARGEST, load, short
 from .moments import PointMass
 from .obstacles import Wall
 from .spec import Maneuver, Spec
@@ -24,6 +25,7 @@ from .ways import Branch, WaysProof
 if TYPE_CHECKING:
     from .plan import Plan
 
+P = TypeVar("P")
 COSTATE_ARRAYS = ("first", "last", "size", "first_error", "last_error")
 SAMPLES = 200  # panels of the samples that a costate plan lists beside its closed form
 
@@ -96,20 +98,25 @@ def listed_times(motion: Trajectory | None, duration: float) -> Array:
 
 def read(text: str | bytes) -> Plan:
     """The plan that a document states. Raises `SpecError` in one line when it is not one."""
-    data = load(text, finite=True)
+    return read_by(_plan, load(text, finite=True))
+
+
+def read_by(made: Callable[[dict[str, Any]], P], data: dict[str, Any]) -> P:
+    """What `made` makes of a document's data. Raises `SpecError` in one line where it can make nothing of them."""
     try:
-        return _plan(data)
+        with np.errstate(all="ignore"):  # a number that is none fails every comparison that it enters
+            return made(data)
     except SpecError:
         raise
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        raise SpecError(f"the document: was not a plan ({type(error).__name__}: {error}), must be one") from None
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RecursionError) as error:
+        raise SpecError(f"the document: was not a plan ({type(error).__name__}: {short(str(error), 120)})") from None
 
 
 def _plan(data: dict[str, Any]) -> Plan:
     from .plan import Made, Plan
 
     if data.get("version") != 1:
-        raise SpecError(f"version: was {data.get('version')!r}, must be 1")
+        raise SpecError(f"version: was {short(data.get('version'))}, must be 1")
     spec = Spec(**data["spec"])
     walls = tuple(Wall(**wall) for wall in data["walls"]) if spec.maneuver.blocks else spec.maneuver.walls
     mass = PointMass.of(spec.maneuver.past(walls))
@@ -185,7 +192,7 @@ def motion_of(data: dict[str, Any], maneuver: Maneuver) -> Trajectory | None:
 
 def number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
-        raise ValueError(f"{value!r} is not a finite number from zero up")
+        raise ValueError(f"{short(value)} is not a finite number from zero up")
     return float(value)
 
 
@@ -193,8 +200,8 @@ def array(value: Any, shape: tuple[int, ...] | None = None) -> Array:
     array = np.array(value, dtype=float)
     if shape is not None:
         array = array.reshape(shape)
-    if not np.all(np.isfinite(array)):
-        raise ValueError("a number is not finite")
+    if not np.all(np.abs(array) <= LARGEST):
+        raise ValueError(f"a number is above {LARGEST:g} in size, or none")
     return array
 
 

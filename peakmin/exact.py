@@ -28,6 +28,7 @@ NEWTON_STEPS = 60
 A_FEW = 4  # Newton steps to multipliers that are good enough for a box of times
 PATIENCE = 5  # steps without progress, in F and in its gradient, that mean a kink
 SILENT = 1e-3  # p below this share of its maximum at both ends of a segment: perhaps zero at the optimum
+DEEPEST = 1  # silent stretches one in another that are looked for; each more multiplies the work
 SETTLED = 1e-9  # relative gap at which nothing further is tried
 
 
@@ -56,7 +57,7 @@ class Extremal:
         return Bracket(self.lower, self.upper, None, self.multipliers)
 
 
-def extremal(mass: PointMass, times: Array, start: Array | None = None) -> Extremal:
+def extremal(mass: PointMass, times: Array, start: Array | None = None, depth: int = 0) -> Extremal:
     """The least peak at given obstacle times, its multipliers and its control in closed form.
 
     Always returns: where Newton's method does not settle, with the best multipliers and the honest gap.
@@ -65,23 +66,24 @@ def extremal(mass: PointMass, times: Array, start: Array | None = None) -> Extre
         mass: the maneuver in scaled units.
         times: strictly increasing in (0, 1), shape (q,).
         start: multipliers (2+q, 2) to start from; default those of the control of least energy.
+        depth: how many silent stretches this one lies in.
     """
     if np.any(np.isfinite(mass.width)):
-        return _through(mass, times, start)
+        return _through(mass, times, start, depth)
     nodal = Nodal(mass, np.concatenate([[0.0], times, [1.0]]))
     n = len(nodal.kinks)
     if mass.floor(times) == 0:
         return Extremal(0.0, 0.0, np.zeros((n, 2)), coasting(nodal))
     p = least_energy(nodal) if start is None else costate(start, times)[1]
-    best = _from(nodal, p)
+    best = _from(nodal, p, depth)
     if start is None and best.gap > SETTLED:
         # one equation may decide alone, with p silent wherever it does not look
         single = max(mass.elementary(times), key=lambda multipliers: lower_bound(mass, times, multipliers))
-        best = _join(best, _from(nodal, costate(single, times)[1]))
+        best = _join(best, _from(nodal, costate(single, times)[1], depth))
     return best
 
 
-def _through(mass: PointMass, times: Array, start: Array | None) -> Extremal:
+def _through(mass: PointMass, times: Array, start: Array | None, depth: int) -> Extremal:
     """`extremal` through openings: each is one of its two walls, and which one the path past the others shows."""
     narrow = np.isfinite(mass.width)
     far = np.zeros(mass.walls, dtype=bool)
@@ -91,7 +93,7 @@ def _through(mass: PointMass, times: Array, start: Array | None) -> Extremal:
     tried: set[bytes] = set()
     while far.tobytes() not in tried:
         tried.add(far.tobytes())
-        found = extremal(mass.facing(far), times, start)
+        found = extremal(mass.facing(far), times, start, depth)
         at = np.sum(mass.free * (found.motion.position(times) - mass.tips), axis=1)
         over, under = (at > mass.width + LANDED) & narrow, (at < -LANDED) & narrow
         free = not np.any(over | under)
@@ -103,18 +105,18 @@ def _through(mass: PointMass, times: Array, start: Array | None) -> Extremal:
     assert best is not None
     # walls that play against each other: the tips that were missed, touched
     missed = replace(mass.facing(over), clear=mass.clear & ~(over | under))
-    touched = extremal(missed, times)
+    touched = extremal(missed, times, depth=depth)
     at = np.sum(mass.free * (touched.motion.position(times) - mass.tips), axis=1)
     if not np.any(narrow & ((at > mass.width + LANDED) | (at < -LANDED))):
         best = _join(best, replace(touched, lower=0.0))
     return best
 
 
-def _from(nodal: Nodal, p: Array) -> Extremal:
+def _from(nodal: Nodal, p: Array, depth: int) -> Extremal:
     """The best that Newton's method reaches from the nodal values p, with and without silent stretches."""
     silent = np.zeros(len(p), dtype=bool)
-    p, best = _with_walls(nodal, p, silent)
-    for _ in range(2):
+    p, best = _with_walls(nodal, p, silent, depth)
+    for _ in range(2 if depth < DEEPEST else 0):
         size = np.hypot(*p.T)
         small = size < SILENT * np.max(size)
         runs = small[:-1] & small[1:]
@@ -122,7 +124,7 @@ def _from(nodal: Nodal, p: Array) -> Extremal:
         if best.gap <= SETTLED or not np.any(quiet & ~silent):
             break
         silent = quiet
-        p, found = _with_walls(nodal, p, silent)
+        p, found = _with_walls(nodal, p, silent, depth)
         best = _join(best, found)
     return best
 
@@ -176,7 +178,7 @@ def least_energy(nodal: Nodal) -> Array:
     return np.asarray(np.linalg.solve(nodal.masses(), nodal.forces(np.zeros(nodal.mass.walls))))
 
 
-def _with_walls(nodal: Nodal, p: Array, silent: Mask) -> tuple[Array, Extremal]:
+def _with_walls(nodal: Nodal, p: Array, silent: Mask, depth: int) -> tuple[Array, Extremal]:
     """Newton's method with the clear walls sorted into those that push and those that are passed beyond."""
     mass = nodal.mass
     idle = np.zeros(mass.walls, dtype=bool)
@@ -185,7 +187,7 @@ def _with_walls(nodal: Nodal, p: Array, silent: Mask) -> tuple[Array, Extremal]:
     while idle.tobytes() not in seen:
         seen.add(idle.tobytes())
         trial = _newton(nodal, p, nodal.basis(idle, silent))
-        found, beyond = assemble(nodal, trial, silent, idle)
+        found, beyond = assemble(nodal, trial, silent, idle, depth)
         if best is None or found.gap < best.gap:
             nearest = trial
         best = found if best is None else _join(best, found)
@@ -260,17 +262,19 @@ class _Point:
         return cls(y, work, impulse, 0.5 * impulse**2 - work, g, math.sqrt(g @ g), curved)
 
 
-def assemble(nodal: Nodal, p: Array, silent: Mask, idle: Mask) -> tuple[Extremal, Array]:
+def assemble(nodal: Nodal, p: Array, silent: Mask, idle: Mask, depth: int = 0) -> tuple[Extremal, Array]:
     """Both ends from the nodal values p, shape (n, 2), and how far beyond its tip each idle wall is passed."""
     times, mass = nodal.kinks[1:-1], nodal.mass
     multipliers = nodal.multipliers(p)
     work = float(np.sum(p * nodal.forces(np.zeros(mass.walls))))
     impulse, impulses, _ = nodal.derivatives(p)
     peak = max(work, 0.0) / (impulse or 1.0)
+
+    def fill(part: PointMass, at: Array) -> CostateTrajectory:
+        return extremal(part, at, depth=depth + 1).motion
+
     try:
-        made, beyond = motion(
-            nodal, p, silent, peak, impulses.reshape(-1, 2), idle, lambda part, at: extremal(part, at).motion
-        )
+        made, beyond = motion(nodal, p, silent, peak, impulses.reshape(-1, 2), idle, fill)
     except np.linalg.LinAlgError:
         made, beyond = None, np.full(mass.walls, -np.inf)
     lower = lower_bound(mass, times, multipliers)

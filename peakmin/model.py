@@ -13,6 +13,9 @@ from .errors import SpecError
 
 LARGEST = 1e100  # of any number in a spec, in SI units: squares and products stay finite
 MAX_FILE_BYTES = 64 * 2**20
+MOST_PARTS = 5_000_000  # lists and objects of a document: each takes some hundred bytes
+MOST_DEEP = 500  # one in another; less than what Python and pydantic follow
+MOST_KEYS = 1000  # of one object: each that is not known costs pydantic a finding
 WHOLE = "the document"
 PLAIN = {  # pydantic's error types in the words of a spec file
     "float_type": "a number",
@@ -20,7 +23,6 @@ PLAIN = {  # pydantic's error types in the words of a spec file
     "tuple_type": "a list",
     "model_type": "an object",
     "model_attributes_type": "an object",
-    "too_long": "a list of two numbers",
 }
 
 
@@ -46,6 +48,19 @@ Number = Annotated[_Finite, AfterValidator(_within)]
 Positive = Annotated[_Finite, AfterValidator(_positive)]
 Switch = Annotated[bool, Field(strict=True)]
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000), BeforeValidator(_plain)]
+
+
+def few(most: int) -> BeforeValidator:
+    """Refuses a list of more than `most` entries before any of them is looked at."""
+
+    def check(value: Any) -> Any:
+        if isinstance(value, list | tuple) and len(value) > most:
+            raise ValueError(f"a list of at most {most}")
+        return value
+
+    return BeforeValidator(check)
+
+
 Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
 
 
@@ -88,14 +103,22 @@ def load(text: str | bytes, finite: bool = False) -> dict[str, Any]:
     Args:
         finite: refuse NaN and infinities here; a spec's models name their field.
     """
+    parts = text.count("[") + text.count("{") if isinstance(text, str) else text.count(b"[") + text.count(b"{")
+    if parts > MOST_PARTS:
+        raise SpecError(f"{WHOLE}: was {parts} lists and objects, must be at most {MOST_PARTS}")
     try:
         data = json.loads(text, object_pairs_hook=_unique, parse_constant=_refuse if finite else None)
+        shallow = _ends_within(data, MOST_DEEP)
     except RecursionError:
-        raise SpecError("the document: was nested too deeply, must be a JSON object") from None
+        shallow = False
+    except SpecError:
+        raise
     except (ValueError, UnicodeDecodeError) as error:
-        raise SpecError(f"the document: was not JSON ({_short(str(error), 120)})") from None
+        raise SpecError(f"{WHOLE}: was not JSON ({short(str(error), 120)})") from None
+    if not shallow:
+        raise SpecError(f"{WHOLE}: was nested too deeply, must be at most {MOST_DEEP} lists and objects deep")
     if not isinstance(data, dict):
-        raise SpecError(f"the document: was {_short(data)}, must be a JSON object")
+        raise SpecError(f"{WHOLE}: was {short(data)}, must be a JSON object")
     return data
 
 
@@ -104,8 +127,8 @@ def read_file(path: str | Path) -> bytes:
     try:
         with open(path, "rb") as file:
             text = file.read(MAX_FILE_BYTES + 1)
-    except OSError as error:
-        raise SpecError(f"{path}: cannot be read ({error.strerror})") from None
+    except (OSError, ValueError) as error:  # a path with a NUL is the latter
+        raise SpecError(f"{path}: cannot be read ({getattr(error, 'strerror', error)})") from None
     if len(text) > MAX_FILE_BYTES:
         raise SpecError(f"{path}: was over {MAX_FILE_BYTES // 2**20} MiB, must be smaller")
     return text
@@ -121,25 +144,29 @@ def one_line(error: ValidationError, data: Any) -> str:
     if first["type"] == "missing":
         return f"{path}: was missing, must be given"
     if first["type"] == "extra_forbidden":
-        return f"{path}: was {_short(first['input'])}, must be left out (no such field)"
+        return f"{path}: was {short(first['input'])}, must be left out (no such field)"
     if first["type"].startswith("union_tag"):
         if first["type"] == "union_tag_not_found":
             return f"{path}.kind: was missing, must be given"
         tags = first.get("ctx", {}).get("expected_tags", "")
         kind = first["input"].get("kind") if isinstance(first["input"], Mapping) else first["input"]
-        return f"{path}.kind: was {_short(kind)}, must be one of {tags or 'the known kinds'}"
+        return f"{path}.kind: was {short(kind)}, must be one of {tags or 'the known kinds'}"
     if first["type"] == "value_error":
         message = str(first.get("ctx", {}).get("error", message))
         if message.startswith("."):  # a validator of several fields names the one at fault itself
             return (("" if path == WHOLE else path) + message).removeprefix(".")
-        return f"{path}: was {_short(first['input'])}, must be {message}"
+        return f"{path}: was {short(first['input'])}, must be {message}"
     if first["type"] == "too_short":
-        return f"{path}: was {_short(first['input'])}, must be a list of at least {first['ctx']['min_length']}"
+        return f"{path}: was {short(first['input'])}, must be a list of at least {first['ctx']['min_length']}"
+    if first["type"] == "too_long":
+        most = first["ctx"]["max_length"]
+        wanted = "two numbers" if most == 2 else f"at most {most}"
+        return f"{path}: was {short(first['input'])}, must be a list of {wanted}"
     if first["type"] in PLAIN:
-        return f"{path}: was {_short(first['input'])}, must be {PLAIN[first['type']]}"
+        return f"{path}: was {short(first['input'])}, must be {PLAIN[first['type']]}"
     for start in ("Input should be ", "Value error, ", "String should ", "Tuple should "):
         message = message.removeprefix(start)
-    return f"{path}: was {_short(first['input'])}, must be {message}"
+    return f"{path}: was {short(first['input'])}, must be {message}"
 
 
 def _is_union(found: Sequence[Any]) -> bool:
@@ -152,7 +179,7 @@ def _path(location: Sequence[int | str], data: Any, absent: bool) -> str:
     here = data
 
     def named(key: str) -> str:
-        return f".{key}" if key.isidentifier() and len(key) <= 60 else f"[{_short(key)}]"
+        return f".{key}" if key.isidentifier() and len(key) <= 60 else f"[{short(key)}]"
 
     for place, key in enumerate(location):
         last = place == len(location) - 1
@@ -167,8 +194,8 @@ def _path(location: Sequence[int | str], data: Any, absent: bool) -> str:
     return "".join(parts).removeprefix(".") or WHOLE
 
 
-def _short(value: Any, length: int = 60) -> str:
-    """The value's repr on one line, cut in the middle of nothing larger than `length`."""
+def short(value: Any, length: int = 60) -> str:
+    """The value's repr on one line, cut after `length` characters."""
     if isinstance(value, str | bytes) and len(value) > length:
         value = value[:length]
     elif isinstance(value, Mapping | list | tuple) and len(value) > 8:
@@ -182,8 +209,21 @@ def _refuse(constant: str) -> float:
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    if len(pairs) > MOST_KEYS:
+        raise SpecError(f"{WHOLE}: was one with an object of {len(pairs)} keys, must have at most {MOST_KEYS}")
     keys = [key for key, _ in pairs]
     if len(set(keys)) < len(keys):
         twice = next(key for key in keys if keys.count(key) > 1)
-        raise ValueError(f"key {_short(twice)} stands twice")
+        raise ValueError(f"key {short(twice)} stands twice")
     return dict(pairs)
+
+
+def _ends_within(data: Any, depth: int) -> bool:
+    """Whether no list or object lies in more than so many others."""
+    level = [data]
+    for _ in range(depth + 1):
+        level = [one for one in level if isinstance(one, dict | list)]
+        if not level:
+            return True
+        level = [part for one in level for part in (one.values() if isinstance(one, dict) else one)]
+    return False

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from .arrays import Array
-from .model import Model, Positive, Vector
+from .model import Model, Positive, Vector, few
 
+MOST_OBSTACLES = 100
+MOST_CORNERS = 2000  # of all blocks together: the strips between them are as many, and each is compared with every edge
 ROUND = 32  # edges of a quarter circle around a corner that a margin rounds off, inside the true one
 
 
@@ -61,7 +63,7 @@ def _corners(vertices: tuple[Vector, ...]) -> tuple[Vector, ...]:
     return vertices
 
 
-Corners = Annotated[tuple[Vector, ...], Field(min_length=3, max_length=1000), AfterValidator(_corners)]
+Corners = Annotated[tuple[Vector, ...], Field(min_length=3, max_length=1000), few(1000), AfterValidator(_corners)]
 
 
 class Block(Model):
@@ -122,6 +124,22 @@ Obstacle = Annotated[
 ]
 
 
+Some = TypeVar("Some", bound="tuple[Wall | Block, ...]")
+
+
+def _few_corners(obstacles: Some) -> Some:
+    """The obstacles. Raises `ValueError` where their corners are too many."""
+    corners = sum(len(one.vertices) for one in obstacles if isinstance(one, Block))
+    if corners > MOST_CORNERS:
+        raise ValueError(f"blocks of at most {MOST_CORNERS} corners together, not {corners}")
+    return obstacles
+
+
+_Most = Field(max_length=MOST_OBSTACLES)
+Obstacles = Annotated[tuple[Obstacle, ...], _Most, few(MOST_OBSTACLES), AfterValidator(_few_corners)]
+Blocks = Annotated[tuple[Block, ...], _Most, few(MOST_OBSTACLES), AfterValidator(_few_corners)]
+
+
 def convex(corners: tuple[Vector, ...]) -> tuple[Vector, ...]:
     """The corners of a convex polygon, counterclockwise. Raises `ValueError` where they are not."""
     corners = _corners(corners)
@@ -140,4 +158,4 @@ def covers(region: tuple[Vector, ...], point: Vector) -> bool:
     return bool(shapely.Polygon(region).covers(shapely.Point(point)))
 
 
-Region = Annotated[tuple[Vector, ...], Field(min_length=3, max_length=100), AfterValidator(convex)]
+Region = Annotated[tuple[Vector, ...], Field(min_length=3, max_length=100), few(100), AfterValidator(convex)]

@@ -75,7 +75,7 @@ def _global(maneuver: Maneuver, settings: Settings, progress: Progress | None) -
         isinstance(settings.circle, Disc) and not isinstance(settings.grid, Uniform)
     )
     if not same and mass.walls:
-        times = _closer(least, times, NEARBY * mass.time)
+        times = _closer(least, times, NEARBY * mass.time, began + (settings.time_limit or math.inf))
     proof = Proof("all", tuple(found.leaves))
     return plan_at(least, times, began, nodes=found.nodes, proof=proof, of=maneuver)
 
@@ -153,15 +153,18 @@ def _refine(maneuver: Maneuver, settings: Settings, progress: Progress | None) -
     spacing = maneuver.duration / (count + 1)
     points = list(itertools.combinations(spacing * np.arange(1, count + 1), walls))
     ends: list[float] = []
+    until = began + (settings.time_limit or math.inf)
     for done, point in enumerate(points, 1):
+        if done > 1 and time.perf_counter() > until:
+            break
         ends.append(coarse(np.array(point)).upper)
         if progress:
             progress(done, len(points))
-    best = _closer(least, np.array(points[int(np.argmin(ends))]), spacing)
+    best = _closer(least, np.array(points[int(np.argmin(ends))]), spacing, until)
     return plan_at(least, best, began, also=coarse)
 
 
-def _closer(least: LeastPeak, best: Array, spacing: float) -> Array:
+def _closer(least: LeastPeak, best: Array, spacing: float, until: float) -> Array:
     """Better obstacle times [s] near the given ones, shape (q,).
 
     Each round asks around the winner at half the spacing of the round before, until it is 1e-4 of the duration or
@@ -169,9 +172,9 @@ def _closer(least: LeastPeak, best: Array, spacing: float) -> Array:
     """
     grid, duration = least.settings.grid, least.mass.time
     finest = duration * (max(FINEST, 0.5 / grid.steps) if isinstance(grid, Uniform) else FINEST)
-    while spacing > finest:
-        around = _around(best, spacing, duration)
-        best = min(around, key=lambda point: peak_of(least(point), least.settings.circle))
+    while spacing > finest and time.perf_counter() < until:
+        around = itertools.takewhile(lambda _: time.perf_counter() < until, _around(best, spacing, duration))
+        best = min(around, key=lambda point: peak_of(least(point), least.settings.circle), default=best)
         spacing /= 2
     return best
 

@@ -13,10 +13,11 @@ from .circle import Circle, Disc
 from .errors import SpecError
 from .grid import Aligned, Grid
 from .model import Count, Model, Number, Positive, Switch, Vector
-from .obstacles import Block, Obstacle, Region, Wall, covers
+from .obstacles import Block, Obstacles, Region, Wall, covers
 
 MAX_SWEEP_POINTS = 100_000  # ordered obstacle times; above it a sweep would take days
 MOST_CERTIFIED = 8  # walls; a box of obstacle times has 2^q corners
+MOST_ROWS = 1_000_000  # of a program: about 1.5 GB, and minutes for one solve
 SOLVERS = {"disc": ("CLARABEL", "SCS"), "polygon": ("CLARABEL", "HIGHS", "OSQP", "SCS")}
 
 
@@ -46,7 +47,7 @@ class Maneuver(Model):
     goal: State
     duration: Positive
     mass: Positive = 1.0
-    obstacles: tuple[Obstacle, ...] = ()
+    obstacles: Obstacles = ()
     margin: Annotated[Number, Field(ge=0)] = 0.0
     region: Region | None = None
     max_speed: Positive | None = None
@@ -178,7 +179,7 @@ class Settings(Model):
 
     Args:
         node_limit: boxes of obstacle times that a global search looks at before it stops with the gap it has.
-        time_limit: seconds after which it stops likewise; default none.
+        time_limit: seconds after which any search stops, with the obstacle times it has seen; default none.
         rounds: ways past blocks, each with its walls, or problems of an arm's centre of mass past gaps, that are
             solved before the search stops likewise; it also stops where the gap comes down no more.
     """
@@ -193,16 +194,15 @@ class Settings(Model):
     rounds: Count = 60
 
     @model_validator(mode="after")
-    def _solver_can(self) -> Settings:
-        able = SOLVERS[self.circle.kind]
+    def _fit_one_another(self) -> Settings:
+        circle, steps, able = self.circle, self.grid.steps, SOLVERS[self.circle.kind]
         if self.solver not in able:
-            raise ValueError(f".solver: was {self.solver!r}, must be {' or '.join(able)} for a {self.circle.kind}")
-        return self
-
-    @model_validator(mode="after")
-    def _exact_is_round(self) -> Settings:
-        if isinstance(self.method, Exact) and not isinstance(self.circle, Disc):
-            raise ValueError(f".circle.kind: was {self.circle.kind!r}, must be 'disc' for the exact method")
+            raise ValueError(f".solver: was {self.solver!r}, must be {' or '.join(able)} for a {circle.kind}")
+        if isinstance(self.method, Exact) and not isinstance(circle, Disc):
+            raise ValueError(f".circle.kind: was {circle.kind!r}, must be 'disc' for the exact method")
+        most = MOST_ROWS // (3 if isinstance(circle, Disc) else 4 * circle.segments)
+        if steps > most:
+            raise ValueError(f".grid.steps: was {steps}, must be at most {most} for this {circle.kind}")
         return self
 
     @property
@@ -254,6 +254,9 @@ def check(maneuver: Maneuver, settings: Settings) -> None:
         raise SpecError(f"settings.search.kind: was {search.kind!r}, must be 'global' for a maneuver with {what}")
     if grid.steps < walls + 2:
         raise SpecError(f"settings.grid.steps: was {grid.steps}, must be at least {walls + 2} (walls + 2)")
+    if grid.steps * walls > MOST_ROWS:
+        most = f"at most {MOST_ROWS // walls} for {walls} walls"
+        raise SpecError(f"settings.grid.steps: was {grid.steps}, must be {most}")
     if isinstance(search, SweepSearch):
         start, stop = search.span(maneuver.duration)
         for name, value in (("start", start), ("stop", stop)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array
+from .bracket import Bracket
 from .certify import Proof
 from .errors import SpecError
 from .least import LeastPeak
@@ -29,8 +31,9 @@ class Sweep:
     """M over T_obs.
 
     obstacle_times: as asked for [s], shape (points,) for one wall and (points, q) for several.
-    peak: a bound on |acceleration| that the best control found keeps at each point [m/s^2], (points,); lower: no
-    control of the settings' circle and grid has a smaller M there.
+    peak: a bound on |acceleration| that the best control found keeps at each point [m/s^2], (points,); infinite where
+    there is none, or the time limit came first;  lower: no control of the settings' circle and grid has a smaller M
+    there.
     best: the plan at the winner.
     """
 
@@ -111,8 +114,9 @@ def sweep(
     _refuse(points, maneuver)
     least = LeastPeak(maneuver, settings)
     brackets = []
+    until = began + (settings.time_limit or math.inf)
     for done, point in enumerate(points, 1):
-        brackets.append(least(point))
+        brackets.append(least(point) if done == 1 or time.perf_counter() < until else Bracket())
         if progress:
             progress(done, len(points))
     unit = least.mass.unit

@@ -13,7 +13,7 @@ from .check import CHECK
 from .document import digest, of, read
 from .impossible import impossible
 from .keeping import extent
-from .model import load
+from .model import load, short
 from .moments import PointMass
 from .plan import Plan, proved
 from .trajectory import Trajectory
@@ -99,7 +99,7 @@ def unlike(data: dict[str, Any], again: dict[str, Any], units: dict[str, float])
     for name in sorted(set(data) & set(again) - {"digest", "made"}):
         if name not in units or data[name] is None or again[name] is None:
             if data[name] != again[name]:
-                found.append(f"{name}: was {str(data[name])[:80]}, must be {str(again[name])[:80]}")
+                found.append(f"{name}: was {short(data[name], 80)}, must be {short(again[name], 80)}")
             continue
         try:
             listed, there = np.array(data[name]), np.array(again[name])

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 ROWS = 60  # of a study, on a terminal
 
 
+def one_line(text: str) -> str:
+    """The text without what a terminal would take for a command or a new line, as file names may have it."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
 def describe(plan: Plan) -> str:
     search = plan.settings.search.kind
     return facts(plan) + (

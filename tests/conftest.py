@@ -1,3 +1,7 @@
+import json
+import os
+from collections import Counter
+
 import hypothesis
 import matplotlib
 
@@ -30,3 +34,24 @@ def least(maneuver, times=(), **settings):
     bracket = peak(times)
     unit = peak.mass.unit
     return bracket.lower * unit, bracket.upper * unit
+
+
+def pytest_terminal_summary(terminalreporter):
+    """What became of the fuzzed files, over all processes."""
+    found = [
+        json.loads(value)
+        for report in terminalreporter.getreports("passed")
+        for name, value in report.user_properties
+        if name == "fuzz"
+    ]
+    if not found or os.environ.get("PEAKMIN_FUZZ") is None:
+        return
+    terminalreporter.section(f"fuzz, PEAKMIN_FUZZ_SEED={os.environ.get('PEAKMIN_FUZZ_SEED', '1')}")
+    for kind in dict.fromkeys(one["kind"] for one in found):
+        of_kind = [one for one in found if one["kind"] == kind]
+        ends = sum((Counter(one["ends"]) for one in of_kind), Counter())
+        said = ", ".join(f"{count} {end}" for end, count in ends.most_common())
+        slowest, most = (max(one[name] for one in of_kind) for name in ("slowest", "memory"))
+        terminalreporter.line(
+            f"{kind}: {sum(ends.values())} files, {said}; slowest {slowest:.1f} s, {most / 2**20:.0f} MiB"
+        )

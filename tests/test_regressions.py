@@ -1,6 +1,8 @@
 """What once went wrong, each with the number that it must be."""
 
+import json
 import math
+import time
 
 import numpy as np
 import pytest
@@ -171,3 +173,114 @@ def test_a_wall_whose_line_runs_through_a_resting_start_needs_no_force(angle):
     )
     plan = pm.sweep(still, times=[0.5]).best
     assert (plan.status, plan.peak, plan.lower_bound) == ("solved", 0.0, 0.0)
+
+
+@pytest.mark.parametrize("kind", ["global", "sweep", "refine"])
+@pytest.mark.parametrize("walls", [3, 8])
+def test_a_time_limit_ends_every_search(walls, kind):
+    """Descents, sweeps and walls whose stretches lie in one another once took minutes past it."""
+    obstacles = [pm.Wall(tip=((i + 1) / (walls + 1), 0.5)) for i in range(walls)]
+    search = {"global": {}, "sweep": {"count": 18 - walls}, "refine": {"count": 18 - walls}}[kind]
+    settings = pm.Settings(search={"kind": kind, **search}, time_limit=0.5, grid=pm.Aligned(steps=40))
+    began = time.perf_counter()
+    plan = pm.solve(wall_maneuver(obstacles=obstacles), settings)
+    assert time.perf_counter() - began < 25
+    assert plan.lower_bound <= plan.peak
+    assert pm.verify(plan.to_json()).passed
+
+
+def test_a_maneuver_past_blocks_that_needs_no_force():
+    still = wall_maneuver(
+        goal=pm.State(position=(0, 0)), obstacles=(pm.Block(vertices=[(0, 0.5), (0.1, 0.5), (0.1, 0.6)]),)
+    )
+    plan = pm.solve(still)
+    assert (plan.status, plan.peak, plan.lower_bound) == ("solved", 0.0, 0.0)
+
+
+def test_an_arm_that_stays_stretched_out_is_no_division_by_zero():
+    arm = pm.Arm(links=[pm.Link(length=0.5, mass=0.05)] * 2)
+    plan = pm.solve(
+        pm.ArmManeuver(arm=arm, start=pm.Pose(joints=(0, 0)), goal=pm.Pose(joints=(0, 0)), duration=0.5),
+        pm.Settings(grid=pm.Aligned(steps=6), time_limit=0.5),
+    )
+    assert plan.peak <= 1e-9
+    assert pm.verify(plan.to_json()).passed
+
+
+def test_a_spline_s_last_digit_is_not_a_different_plan():
+    links = [pm.Link(length=0.5, mass=0.05), pm.Link(length=1.0, mass=0.39), pm.Link(length=1.0, mass=0.39)]
+    task = pm.ArmManeuver(
+        arm=pm.Arm(links=links),
+        start=pm.Pose(joints=(0, 0, 1.33)),
+        goal=pm.Pose(joints=(-1.35, 0, 0.89)),
+        duration=2.0,
+    )
+    settings = pm.Settings(grid=pm.Uniform(steps=13), method=pm.Bisection(), search=pm.GlobalSearch(gap=0.01))
+    document = json.loads(pm.solve(task, settings).to_json())
+    assert pm.verify(json.dumps(document)).problems == ()
+    document["path"]["others"][1][1][0] += 1e-6
+    assert any(problem.startswith("joints: ") for problem in pm.verify(json.dumps(document)).problems)
+
+
+@pytest.fixture(scope="module")
+def small_plan():
+    return json.loads(pm.solve(wall_maneuver(), pm.Settings(grid=pm.Aligned(steps=8), time_limit=1.0)).to_json())
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("lower_bound", 10**400),
+        ("obstacle_times", [10**400]),
+        ("acceleration", [[1e200, 0]] * 8),
+        ("multipliers", "\n" * 100_000),
+        ("made", {"\x1b[2J" * 1000: 0}),
+        ("status", ["x" * 100_000]),
+        ("version", "\x1b" * 1000),
+    ],
+    ids=lambda value: value if isinstance(value, str) and len(value) < 50 else "wrong",
+)
+def test_what_is_no_plan_gives_one_short_line(small_plan, field, value):
+    with pytest.raises(pm.SpecError) as error:
+        pm.verify(json.dumps(small_plan | {field: value}))
+    assert str(error.value).isprintable()
+    assert len(str(error.value)) < 300
+
+
+@pytest.mark.parametrize("time", [2.5e99, -0.25, 0.125])
+def test_times_that_are_none_are_found_out_without_a_warning(small_plan, time):
+    times = [*small_plan["times"][:2], time, *small_plan["times"][3:]]
+    found = pm.verify(json.dumps(small_plan | {"times": times}))
+    assert not found.passed
+    assert all(problem.isprintable() for problem in found.problems)
+
+
+def test_what_differs_is_shown_without_its_control_characters(small_plan):
+    found = pm.verify(json.dumps(small_plan | {"sensitivities": {"\x1b[2J\n\ud800": 1}}))
+    assert [problem.isprintable() for problem in found.problems] == [True] * len(found.problems)
+    assert any(problem.startswith("sensitivities: was ") for problem in found.problems)
+
+
+def test_a_wall_whose_tip_is_the_goal_leaves_no_time_of_its_own():
+    """The best obstacle time is the end itself: boxes there become too narrow for M* to be evaluated in."""
+    goal = pm.State(position=(0.42, -0.6))
+    asked = wall_maneuver(
+        start=pm.State(position=(0.31, -0.33)), goal=goal, duration=20.0, obstacles=(pm.Wall(tip=goal.position),)
+    )
+    plan = pm.solve(asked, pm.Settings(grid=pm.Aligned(steps=26)))
+    assert plan.lower_bound <= plan.peak
+    assert pm.verify(plan.to_json()).passed
+
+
+def test_what_cannot_be_simulated_is_said_in_one_line(monkeypatch):
+    pytest.importorskip("mujoco")
+    from peakmin.arm.simulate import simulate
+
+    arm = pm.Arm(links=[pm.Link(length=1.0, mass=1.0)] * 2)
+    plan = pm.solve(
+        pm.ArmManeuver(arm=arm, start=pm.Pose(joints=(0.2, 0.9)), goal=pm.Pose(joints=(0.9, 0.5)), duration=1.0),
+        pm.Settings(grid=pm.Aligned(steps=8)),
+    )
+    monkeypatch.setattr(type(plan), "torques", lambda self, t: np.full((len(t), 2), np.inf) - np.inf)
+    with pytest.raises(pm.PeakminError, match="torques without end"):
+        simulate(plan)

@@ -10,8 +10,17 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..costate import CostateTrajectory
-from ..document import COSTATE_ARRAYS, array, digest, leaves_of, listed_leaves, listed_times, motion_of, number
-from ..errors import SpecError
+from ..document import (
+    COSTATE_ARRAYS,
+    array,
+    digest,
+    leaves_of,
+    listed_leaves,
+    listed_times,
+    motion_of,
+    number,
+    read_by,
+)
 from ..obstacles import Wall
 from ..plan import Made
 from .clearance import link_clearance
@@ -99,12 +108,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
 
 def read(data: dict[str, Any]) -> ArmPlan:
     """The plan that a document states, as it states itself. Raises `SpecError` in one line when it is not one."""
-    try:
-        return _plan(data)
-    except SpecError:
-        raise
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError, RecursionError) as error:
-        raise SpecError(f"the document: was not a plan ({type(error).__name__}: {error}), must be one") from None
+    return read_by(_plan, data)
 
 
 def _plan(data: dict[str, Any]) -> ArmPlan:

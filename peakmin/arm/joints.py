@@ -116,8 +116,9 @@ class JointPath:
 
         def solve(right: Array) -> Array:
             """x_i, x_j with c_i e'_i x_i + c_j e'_j x_j = right, by Cramer's rule."""
-            x_i = c[j] * (right[..., 0] * across[..., j, 1] - right[..., 1] * across[..., j, 0]) / det
-            x_j = c[i] * (across[..., i, 0] * right[..., 1] - across[..., i, 1] * right[..., 0]) / det
+            with np.errstate(divide="ignore", invalid="ignore"):  # in line all along: no speed, and the check says so
+                x_i = c[j] * (right[..., 0] * across[..., j, 1] - right[..., 1] * across[..., j, 0]) / det
+                x_j = c[i] * (across[..., i, 0] * right[..., 1] - across[..., i, 1] * right[..., 0]) / det
             return np.stack([x_i, x_j], axis=-1)
 
         first, second = np.empty_like(theta), np.empty_like(theta)

@@ -102,7 +102,10 @@ def simulate(plan: ArmPlan, steps: int = STEPS) -> Simulation:
     t: Array = h * np.arange(steps, dtype=float)
     theta = path.absolute(t + h / 2)
     wanted = np.diff(theta, axis=-1, prepend=0.0)
-    load = plan.torques(t + h / 2)
+    with np.errstate(all="ignore"):
+        load = plan.torques(t + h / 2)
+    if not np.all(np.isfinite(load)):
+        raise PeakminError("simulate: was a plan whose joints need torques without end, must have finite ones")
     planned = plan.base_force(t + h / 2)
     data.qpos[:] = path.angles(0.0)
     data.qvel[:] = np.diff(path.rates(0.0)[1], prepend=0.0)

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from ..model import Model, Number, Positive, Vector
-from ..obstacles import Block
+from ..model import Model, Number, Positive, Vector, few
+from ..obstacles import Blocks
 
 Elbow = Literal["up", "down", "either"]
 
@@ -61,7 +61,7 @@ class Arm(Model):
         payload: point mass at the tip [kg].
     """
 
-    links: Annotated[tuple[Link, ...], Field(min_length=2, max_length=20)]
+    links: Annotated[tuple[Link, ...], Field(min_length=2, max_length=20), few(20)]
     base: Vector = (0.0, 0.0)
     payload: Annotated[Number, Field(ge=0)] = 0.0
 
@@ -84,7 +84,7 @@ class Pose(Model):
             right; "either" takes the better one.
     """
 
-    joints: Annotated[tuple[Number, ...], Field(min_length=2, max_length=20)] | None = None
+    joints: Annotated[tuple[Number, ...], Field(min_length=2, max_length=20), few(20)] | None = None
     tip: Vector | None = None
     elbow: Elbow | None = None
 
@@ -112,7 +112,7 @@ class Task(Model):
     start: Pose
     goal: Pose
     duration: Positive
-    obstacles: tuple[Block, ...] = ()
+    obstacles: Blocks = ()
     margin: Annotated[Number, Field(ge=0)] = 0.0
     max_peak: Positive | None = None
 
