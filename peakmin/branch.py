@@ -5,8 +5,8 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from scipy.optimize import LinearConstraint, minimize
 
 from .arrays import Array, Mask
 from .certify import Leaf, lower_bound, out_of_order
+from .deadline import OverError, over
 from .exact import Extremal, ascend, extremal, least_energy
 from .moments import PointMass, impulse
 from .nodal import Nodal
@@ -59,7 +60,7 @@ def certify(
     mass: PointMass,
     gap: float,
     node_limit: int = 100_000,
-    time_limit: float = math.inf,
+    until: float = math.inf,
     progress: Progress | None = None,
     start: Array | None = None,
     enough: float = math.inf,
@@ -70,34 +71,36 @@ def certify(
         mass: the maneuver in scaled units, q walls.
         gap: relative gap between the best peak and the bound at which to stop.
         node_limit: boxes to look at.
-        time_limit: seconds.
+        until: a deadline, see `peakmin.deadline`.
         progress: called with (nodes done, nodes done and waiting).
         start: times near the best ones, shape (q,); default evenly spread.
         enough: a bound [scaled] at which to stop too, whatever the gap.
     """
-    began, q = time.perf_counter(), mass.walls
+    q = mass.walls
     at = inside(np.zeros(q), np.ones(q)) if start is None else apart(start)
     first = extremal(mass, at)
     root = Leaf((0.0,) * q, (1.0,) * q, first.multipliers, tuple(at.tolist()))
     if math.isfinite(enough) and (bound := root.bound(mass)) >= enough:
         return Certificate([root], min(bound, first.upper), first, at, 1, first.upper * (1 - gap) <= bound)
-    best, at = descend(mass, first, at)
+    best, at = descend(mass, first, at, until)
     serial = itertools.count()
     root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers, tuple(at.tolist()))
     bound = root.bound(mass)
-    size = np.hypot(*best.multipliers.T)
+    size, nodes, begun = np.hypot(*best.multipliers.T), 1, [root]
     push = size[2:] > IDLE * np.max(size, initial=0.0)
     if 0 < best.upper < math.inf and not np.all(push) and bound < (1 - gap) * best.upper:
-        few = certify(mass.only(push), gap / 2, node_limit, time_limit, progress, at[push], enough)
+        few = certify(mass.only(push), gap / 2, node_limit, until, progress, at[push], enough)
+        nodes, leaves = few.nodes, [_past_idle(leaf, push, at) for leaf in few.leaves]
         if few.lower >= (1 - gap) * best.upper:
-            leaves = [_past_idle(leaf, push, at) for leaf in few.leaves]
-            return Certificate(leaves, min(few.lower, best.upper), best, at, few.nodes, True)
+            return Certificate(leaves, min(few.lower, best.upper), best, at, nodes, True)
+        if few.lower > bound:
+            begun = leaves
     if bound < (1 - gap) * best.upper and start is None:
-        best, at = _elsewhere(mass, best, at)
-    waiting = [(bound, next(serial), root, best.multipliers)]
-    nodes = 1
+        best, at = _elsewhere(mass, best, at, until)
+    waiting = [(leaf.bound(mass), next(serial), leaf, leaf.multipliers) for leaf in begun]
+    heapq.heapify(waiting)
     while q and waiting[0][0] < min((1 - gap) * best.upper, enough) and best.upper > 0:
-        if nodes >= node_limit or time.perf_counter() - began >= time_limit:
+        if nodes >= node_limit or over(until):
             break
         bound, _, leaf, optimal = heapq.heappop(waiting)
         for low, high in halves(leaf.low, leaf.high, optimal):
@@ -105,9 +108,9 @@ def certify(
                 continue
             nodes += 1
             search = _Box(mass, Leaf(low, high, leaf.multipliers, leaf.at))
-            for found, there in search.improve(min((1 - gap) * best.upper, enough)):
+            for found, there in search.improve(min((1 - gap) * best.upper, enough), until):
                 if found.upper < best.upper * (1 - WORTH_A_DESCENT):
-                    best, at = descend(mass, found, there)
+                    best, at = descend(mass, found, there, until)
             # what holds for the parent's box holds for its half
             heapq.heappush(waiting, (max(search.bound, bound), next(serial), search.leaf, search.optimal))
         if progress:
@@ -118,25 +121,27 @@ def certify(
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
 
 
-def _elsewhere(mass: PointMass, best: Extremal, at: Array) -> tuple[Extremal, Array]:
+def _elsewhere(mass: PointMass, best: Extremal, at: Array, until: float) -> tuple[Extremal, Array]:
     """The best of a few descents, from where a coarse choice of ordered times is best: M* can have several minima."""
     q = mass.walls
     if q > len(COARSE) // 2:
         return best, at
     points = [np.array(point) for point in itertools.combinations(COARSE, q)]
-    found = sorted(((extremal(mass, point), point) for point in points), key=lambda pair: pair[0].upper)
-    for here, point in found[:DESCENTS]:
-        there, times = descend(mass, here, point)
+    met = ((extremal(mass, point), point) for point in points if not over(until))
+    for here, point in sorted(met, key=lambda pair: pair[0].upper)[:DESCENTS]:
+        there, times = descend(mass, here, point, until)
         if there.upper < best.upper:
             best, at = there, times
-    return _polished(mass, best, at)
+    return _polished(mass, best, at, until)
 
 
-def _polished(mass: PointMass, best: Extremal, at: Array) -> tuple[Extremal, Array]:
+def _polished(mass: PointMass, best: Extremal, at: Array, until: float) -> tuple[Extremal, Array]:
     """Better times nearby without slopes, which M* need not have where a wall stops to push."""
 
     def value(times: Array) -> float:
         nonlocal best, at
+        if over(until):
+            raise OverError
         if np.any(np.diff(np.concatenate([[0.0], times, [1.0]])) < APART):
             return 1e9
         here = extremal(mass, times)
@@ -149,7 +154,8 @@ def _polished(mass: PointMass, best: Extremal, at: Array) -> tuple[Extremal, Arr
     for _ in range(2):
         simplex = at + NEAR * np.vstack([np.zeros(mass.walls), together])
         options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxfev": MOST_TRIALS}
-        minimize(value, at, method="Nelder-Mead", options=options)
+        with suppress(OverError):
+            minimize(value, at, method="Nelder-Mead", options=options)
     return best, at
 
 
@@ -173,7 +179,7 @@ class _Box:
         self.low, self.high = np.array(leaf.low), np.array(leaf.high)
         self.optimal = leaf.multipliers
 
-    def improve(self, enough: float) -> Iterator[tuple[Extremal, Array]]:
+    def improve(self, enough: float, until: float) -> Iterator[tuple[Extremal, Array]]:
         """Try better and dearer multipliers until the bound is enough; yields the optima met on the way."""
         mass, centre = self.mass, inside(self.low, self.high)
         if self.bound >= enough:
@@ -188,6 +194,8 @@ class _Box:
         place = centre
         for _ in range(MOST_MOVES):
             if self.bound >= enough or lower_bound(mass, place, self.optimal) >= enough / (1 - WORTH_A_MOVE):
+                return
+            if over(until):
                 return
             before, found = self.bound, extremal(mass, place)
             yield found, place
@@ -250,7 +258,7 @@ def slopes(mass: PointMass, times: Array, found: Extremal) -> Array:
     return np.asarray(-np.sum(found.multipliers[2:] * found.motion.velocity(times), axis=1) / area)
 
 
-def descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, Array]:
+def descend(mass: PointMass, found: Extremal, times: Array, until: float = math.inf) -> tuple[Extremal, Array]:
     """A local minimum of M* over the times from the given ones; never worse than those."""
     q = mass.walls
     if not q or found.upper == 0 or not math.isfinite(found.upper):
@@ -259,6 +267,8 @@ def descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, A
 
     def value(at: Array) -> tuple[float, Array]:
         nonlocal best
+        if over(until):
+            raise OverError
         at = np.clip(at, APART, 1 - APART)
         if np.any(np.diff(at) < APART):
             return 1e3, np.zeros(q)
@@ -271,13 +281,14 @@ def descend(mass: PointMass, found: Extremal, times: Array) -> tuple[Extremal, A
 
     order = np.eye(q)[1:] - np.eye(q)[:-1]
     constraints = [LinearConstraint(order, lb=APART)] if q > 1 else []
-    minimize(
-        value,
-        times,
-        jac=True,
-        method="SLSQP",
-        bounds=[(APART, 1 - APART)] * q,
-        constraints=constraints,
-        options={"maxiter": 40, "ftol": FINE},
-    )
+    with suppress(OverError):
+        minimize(
+            value,
+            times,
+            jac=True,
+            method="SLSQP",
+            bounds=[(APART, 1 - APART)] * q,
+            constraints=constraints,
+            options={"maxiter": 40, "ftol": FINE},
+        )
     return best

@@ -2,13 +2,15 @@
 
 Results go to stdout, progress and errors to stderr.
 
-Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved infeasible, 4 nothing proved.
+Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved infeasible, 4 nothing proved,
+130 stopped by Ctrl-C; `solve` and `sweep` then give what they have, at a second one nothing.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,11 +20,13 @@ import typer
 from typer.exceptions import TyperException
 
 from . import api, files, words
+from .deadline import ended_by_interrupt
 from .errors import PeakminError, SpecError
 from .model import read_file
 from .spec import Spec, schema
 
 if TYPE_CHECKING:
+    from .answer import Status
     from .budget import ErrorBudget
     from .plan import Plan
     from .progress import Progress
@@ -51,21 +55,21 @@ def solve_command(
     asked = api.read_spec(spec)
 
     if isinstance(asked, Spec):
-        with _progress("solve") as progress:
+        with ended_by_interrupt() as stopped, _progress("solve") as progress:
             plan = api.solve(asked.maneuver, asked.settings, progress=progress)
         if out:
             _write_plan(plan, out)
         print(plan.to_json(indent=2) if as_json else words.describe(plan))
-        raise typer.Exit(EXIT[plan.status])
+        _end(plan.status, stopped, words.so_far(plan))
     from .arm import terminal
 
-    with _progress("solve") as progress:
+    with ended_by_interrupt() as stopped, _progress("solve") as progress:
         arm_plan = api.solve(asked.asked, asked.settings, progress=progress)
     if out:
         _headless()
         terminal.write(arm_plan, out, gif)
     print(arm_plan.to_json(indent=2) if as_json else terminal.describe(arm_plan))
-    raise typer.Exit(EXIT[arm_plan.status])
+    _end(arm_plan.status, stopped, words.so_far(arm_plan))
 
 
 @app.command("compare")
@@ -101,7 +105,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
     asked = Spec.read(spec)
     from .sweep import sweep
 
-    with _progress("sweep") as progress:
+    with ended_by_interrupt() as stopped, _progress("sweep") as progress:
         found = sweep(asked.maneuver, asked.settings, progress=progress)
     if out:
         _write_plan(found.best, out)
@@ -110,7 +114,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
         if found.obstacle_times.ndim == 1:
             _save(out / "sweep.png", found)
     print(found.to_json(indent=2) if as_json else words.table(found))
-    raise typer.Exit(EXIT[found.best.status])
+    _end(found.best.status, stopped, words.done(found))
 
 
 @app.command("budget")
@@ -147,7 +151,7 @@ def study_command(
             found = study(asked, store=store, workers=workers, progress=progress)
     except KeyboardInterrupt as stopped:
         print(f"peakmin: stopped, {stopped}", file=sys.stderr)
-        raise typer.Exit(STOPPED) from None
+        sys.exit(STOPPED)
     print(found.to_json(indent=2) if as_json else f"{words.rows(found)}\nwrote {store}")
     raise typer.Exit(0 if found.answered else EXIT["unknown"])
 
@@ -207,6 +211,14 @@ def schema_command(
         print(json.dumps(schema(), indent=2))
 
 
+def _end(status: Status, stopped: threading.Event, so_far: str) -> NoReturn:
+    """The exit status, after Ctrl-C with a line on how far this came."""
+    if stopped.is_set():
+        print(f"peakmin: stopped, {so_far}", file=sys.stderr)
+        sys.exit(STOPPED)
+    raise typer.Exit(EXIT[status])
+
+
 def _write_plan(plan: Plan, out: Path) -> None:
     files.write(out / "plan.json", plan.to_json(indent=2) + "\n")
     if plan.trajectory is not None:
@@ -257,21 +269,15 @@ def _progress(name: str) -> Iterator[Progress | None]:
 
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line; every refusal is one line on stderr and exit status 2."""
+    arguments = sys.argv[1:] if arguments is None else arguments
     try:
-        sys.exit(
-            app(
-                args=(sys.argv[1:] if arguments is None else arguments) or ["--help"],
-                prog_name="peakmin",
-                standalone_mode=False,
-            )
-            or 0
-        )
+        status = app(args=arguments or ["--help"], prog_name="peakmin", standalone_mode=False) or 0
+        if status == STOPPED:  # Ctrl-C where nothing was said of it
+            print("peakmin: stopped", file=sys.stderr)
+        sys.exit(status)
     except PeakminError as error:
         print(f"peakmin: {error}", file=sys.stderr)
     except TyperException as error:
         message = getattr(error, "format_message", error.__str__)()
         print(f"peakmin: {' '.join(message.split())}", file=sys.stderr)
-    except typer.Abort:
-        print("peakmin: stopped", file=sys.stderr)
-        sys.exit(STOPPED)
     sys.exit(BAD_INPUT)

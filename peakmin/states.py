@@ -20,7 +20,7 @@ from .arrays import Array
 from .bracket import Bracket, HoldProblem
 from .circle import Disc, Polygon
 from .moments import PointMass
-from .program import OPTIONS
+from .program import options_of
 
 SMALLEST = 1e-9  # kappa below which there is no answer
 
@@ -65,13 +65,17 @@ class StateProgram:
         """Ask for |vector| <= kappa radius of every row, (m, 2), of scaled vectors."""
         self.constraints.append(cp.SOC(self.kappa * radius * np.ones(vectors.shape[0]), vectors, axis=1))
 
-    def solve(self) -> Bracket:
-        """The upper end and its control [scaled], landed on the equations; without control where there is none."""
+    def solve(self, until: float = math.inf) -> Bracket:
+        """The upper end and its control [scaled], landed on the equations; without control where there is none.
+
+        Args:
+            until: a deadline.
+        """
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 cp.Problem(cp.Maximize(self._share), self.constraints).solve(
-                    solver="CLARABEL", **OPTIONS["CLARABEL CAREFUL"]
+                    solver="CLARABEL", **options_of("CLARABEL CAREFUL", until)
                 )
         except (cp.SolverError, ValueError, ArithmeticError):
             return Bracket()

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array
 from .certify import Proof
+from .deadline import after, over
 from .errors import SpecError
 from .least import LeastPeak
 from .plan import Made, Plan, from_bracket, peak_of
@@ -32,6 +33,7 @@ class Sweep:
     peak: a bound on |acceleration| that the best control found keeps at each point [m/s^2], (points,); lower: no
     control of the settings' circle and grid has a smaller M there.
     best: the plan at the winner.
+    asked: how many points were asked for; fewer are done where the time was over before.
     """
 
     maneuver: Maneuver
@@ -40,6 +42,7 @@ class Sweep:
     peak: Array
     lower: Array
     best: Plan
+    asked: int
 
     @property
     def winner(self) -> int:
@@ -61,6 +64,7 @@ class Sweep:
             "peak": [p if np.isfinite(p) else None for p in self.peak.tolist()],
             "lower": self.lower.tolist(),
             "winner": self.winner,
+            "asked": self.asked,
             "best": self.best.document(),
         }
 
@@ -83,6 +87,8 @@ def sweep(
     progress: Progress | None = None,
 ) -> Sweep:
     """The least M at every obstacle time of a sweep (the paper's outer loop): one compilation, then re-solves.
+
+    Ends at the settings' `time_limit` with the times that are done.
 
     Args:
         maneuver: with q walls.
@@ -109,12 +115,16 @@ def sweep(
         points = _given(times, walls)
     points = points.reshape(-1, walls) if walls else np.zeros((1, 0))
     _refuse(points, maneuver)
-    least = LeastPeak(maneuver, settings)
+    until = after(settings.time_limit)
+    least = LeastPeak(maneuver, settings, until=until)
     brackets = []
     for done, point in enumerate(points, 1):
         brackets.append(least(point))
         if progress:
             progress(done, len(points))
+        if over(until):
+            break
+    asked, points = len(points), points[: len(brackets)]
     unit = least.mass.unit
     peaks = np.array([peak_of(b, settings.circle) for b in brackets]) * unit
     return Sweep(
@@ -124,6 +134,7 @@ def sweep(
         peaks,
         np.array([b.lower for b in brackets]) * unit,
         plan_at(least, points[int(np.argmin(peaks))], began),
+        asked,
     )
 
 

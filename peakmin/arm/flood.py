@@ -19,6 +19,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from ..arrays import Array
+from ..deadline import over
 from .kinematics import unit
 from .polynomial import Polynomial
 from .workspace import BLOCKED, FREE, OPEN, Workspace
@@ -112,10 +113,13 @@ def flood(workspace: Workspace, cells: int = FLOODS[0]) -> Flood:
     return found
 
 
-def settled(workspace: Workspace, ends: list[tuple[tuple[Array, ...], float | None]]) -> Flood:
-    """The coarsest flood, of FLOODS, that parts or joins each two configurations, keeping the elbow given with them."""
+def settled(workspace: Workspace, ends: list[tuple[tuple[Array, ...], float | None]], until: float = math.inf) -> Flood:
+    """The coarsest flood, of FLOODS, that parts or joins each two configurations, keeping the elbow given with them.
+
+    After the deadline `until` it gets no finer.
+    """
     found = flood(workspace)
-    while found.cells < FLOODS[-1]:
+    while found.cells < FLOODS[-1] and not over(until):
         if all(found.parts(*one) or found.way(*one) is not None for one in ends):
             break
         found = found.finer()
