@@ -19,6 +19,7 @@ RELATIVE = 1e-6  # width of a bracket, relative to its upper end, at which it co
 MAX_STEPS = 1100  # halvings or doublings: from one end of the floats to the middle; a problem takes some 40
 LARGEST_PEAK = 1e150  # [scaled]; nothing above it is asked for
 GROWTH = 1.2  # from a lower end to the next M asked, while no upper end is known
+STUCK = 0.9  # of the width before: an unknown verdict that leaves more is none to go on from
 TOWARDS_LOWER = 1 / 16  # where verified bisection asks next: lower ends from proofs are the better of the two
 
 
@@ -121,19 +122,22 @@ def _verified(
         else:  # a feasible answer this close to the lower end is the last one needed
             middle = bracket.lower + max(TOWARDS_LOWER * width, 0.9 * tolerance)
         bracket, verdict = _ask(program, problem, bracket, middle, [settings.solver], until)
-        if verdict is Verdict.UNKNOWN and _same(bracket, before):
+        if verdict is Verdict.UNKNOWN and _stuck(bracket, before):
             # the least M is closer to this one than the solver's accuracy: ask further off, then ask others
             further = middle if math.isinf(width) else bracket.lower + 0.5 * width
             bracket, verdict = _ask(program, problem, bracket, further, settings.solvers, until)
-            if verdict is Verdict.UNKNOWN and _same(bracket, before):
+            if verdict is Verdict.UNKNOWN and _stuck(bracket, before):
                 break
         if over(until):
             break
     return bracket
 
 
-def _same(one: Bracket, other: Bracket) -> bool:
-    return (one.lower, one.upper) == (other.lower, other.upper)
+def _stuck(bracket: Bracket, before: Bracket) -> bool:
+    """Whether the ends have come no closer, or so little that an inaccurate solver could go on for ever."""
+    if math.isinf(bracket.upper):
+        return bracket.lower == before.lower
+    return bracket.upper - bracket.lower > STUCK * (before.upper - before.lower)
 
 
 def _start(program: DirectProgram | FeasibilityProgram, times: Array) -> tuple[HoldProblem, Bracket]:

@@ -226,7 +226,8 @@ class _Program(ABC):
             raise
         except (cp.SolverError, ValueError, ArithmeticError) as error:
             return Answer(status=f"failed: {error}")
-        return Answer(self._control(), self.circle.costate(self._bound), str(problem.status))
+        with np.errstate(all="ignore"):  # what is not finite then proves nothing
+            return Answer(self._control(), self.circle.costate(self._bound), str(problem.status))
 
     @abstractmethod
     def _control(self) -> Array | None:

@@ -81,5 +81,6 @@ class StateProgram:
             return Bracket()
         if self._v.value is None or self._share.value is None or not self._share.value > SMALLEST:
             return Bracket()
-        upper, control = self._problem.upper(self._v.value / (self._share.value * self._size))
+        with np.errstate(all="ignore"):  # of absurd answers: what comes out not finite is no control
+            upper, control = self._problem.upper(self._v.value / (self._share.value * self._size))
         return Bracket(upper=upper, control=control)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from .advice import advice
+
 if TYPE_CHECKING:
     from .arm.plan import ArmPlan
     from .plan import Plan
@@ -38,7 +40,13 @@ def facts(plan: Plan) -> str:
         lines.append(f"  clearance       {plan.clearance:.6g} m at every instant{where}")
     if plan.status != "solved" and plan.trajectory is not None:
         lines += [f"  not kept        {one}" for one in not_kept(plan)]
-    return "\n".join(lines)
+    return "\n".join([*lines, *advised(plan)])
+
+
+def advised(plan: Plan | ArmPlan) -> list[str]:
+    """Of an answer "unknown" what is unknown and what to try."""
+    found = advice(plan)
+    return [f"  {'try' if k else 'unknown':<14}  {one}" for k, one in enumerate(found)]
 
 
 def opening(plan: Plan | ArmPlan, bounded: str) -> list[str]:

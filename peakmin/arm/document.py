@@ -10,7 +10,18 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..costate import CostateTrajectory
-from ..document import COSTATE_ARRAYS, array, digest, leaves_of, listed_leaves, listed_times, motion_of, number
+from ..document import (
+    COSTATE_ARRAYS,
+    VERSION,
+    array,
+    digest,
+    known_plan,
+    leaves_of,
+    listed_leaves,
+    listed_times,
+    motion_of,
+    number,
+)
 from ..errors import SpecError
 from ..obstacles import Wall
 from ..plan import Made
@@ -37,7 +48,7 @@ def of(plan: ArmPlan) -> dict[str, Any]:
         settings=plan.settings,
     )
     data: dict[str, Any] = {
-        "version": 1,
+        "version": VERSION,
         "kind": "arm",
         "status": plan.status,
         "indices": list(plan.indices),
@@ -108,6 +119,7 @@ def read(data: dict[str, Any]) -> ArmPlan:
 
 
 def _plan(data: dict[str, Any]) -> ArmPlan:
+    known_plan(data)
     spec = ArmSpec(**data["spec"])
     workspace = Workspace(spec.asked)
     if data["status"] not in ("solved", "infeasible", "unknown"):
