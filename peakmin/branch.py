@@ -6,29 +6,25 @@ import heapq
 import itertools
 import math
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import LinearConstraint, minimize
 
 from .arrays import Array, Mask
 from .certify import Leaf, lower_bound, out_of_order
-from .deadline import OverError, over
+from .deadline import over
+from .descent import APART, descend, elsewhere
 from .exact import Extremal, ascend, extremal, least_energy
-from .moments import PointMass, impulse
+from .moments import PointMass
 from .nodal import Nodal
 from .progress import Progress
 from .saddle import saddle
 
-APART = 1e-9  # least distance of obstacle times from each other and the ends at which M* is evaluated
-FINE = 1e-15  # relative: how precisely a descent is ended
 WORTH_A_DESCENT = 1e-9  # relative improvement of the best peak after which local descent starts from there
 MOST_MOVES = 4  # optima looked at in one box
+WEAK = 0.9  # of the best peak: with a bound below it at first, bounds with fewer walls are tried
+FEW = (1, 1, 12, 8)  # boxes for each of them, by the number of walls; none with more walls
 IDLE = 1e-4  # of the largest multiplier: below it a wall is tried without
-COARSE = tuple((k + 0.5) / 7 for k in range(7))  # times tried where one box does not prove the rest
-DESCENTS = 5
-NEAR, MOST_TRIALS = 0.02, 300  # of the duration; how far and how often is looked around the best times
 ROOM = 1e-3  # least distance of the times that a search starts from
 EDGE = 0.1  # of a box: how far around a place its times are looked for, so as not to end on a side
 WORTH_A_MOVE = 1e-4  # relative improvement of a box's bound after which another one is
@@ -95,12 +91,16 @@ def certify(
             return Certificate(leaves, min(few.lower, best.upper), best, at, nodes, True)
         if few.lower > bound:
             begun = leaves
-    if bound < (1 - gap) * best.upper and start is None:
-        best, at = _elsewhere(mass, best, at, until)
+    proved = min(leaf.bound(mass) for leaf in begun)
+    if start is None and 0 < q < len(FEW) and proved < WEAK * best.upper < math.inf:
+        begun = max([begun, *_without(mass, gap, at, until)], key=lambda own: min(leaf.bound(mass) for leaf in own))
+        proved = min(leaf.bound(mass) for leaf in begun)
+    if start is None and proved < (1 - gap) * best.upper:
+        best, at = elsewhere(mass, best, at, until)
     waiting = [(leaf.bound(mass), next(serial), leaf, leaf.multipliers) for leaf in begun]
     heapq.heapify(waiting)
     while q and waiting[0][0] < min((1 - gap) * best.upper, enough) and best.upper > 0:
-        if nodes >= node_limit or over(until):
+        if nodes >= node_limit or over(until) or max(np.subtract(waiting[0][2].high, waiting[0][2].low)) < APART:
             break
         bound, _, leaf, optimal = heapq.heappop(waiting)
         for low, high in halves(leaf.low, leaf.high, optimal):
@@ -121,42 +121,15 @@ def certify(
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
 
 
-def _elsewhere(mass: PointMass, best: Extremal, at: Array, until: float) -> tuple[Extremal, Array]:
-    """The best of a few descents, from where a coarse choice of ordered times is best: M* can have several minima."""
-    q = mass.walls
-    if q > len(COARSE) // 2:
-        return best, at
-    points = [np.array(point) for point in itertools.combinations(COARSE, q)]
-    met = ((extremal(mass, point), point) for point in points if not over(until))
-    for here, point in sorted(met, key=lambda pair: pair[0].upper)[:DESCENTS]:
-        there, times = descend(mass, here, point, until)
-        if there.upper < best.upper:
-            best, at = there, times
-    return _polished(mass, best, at, until)
+def _without(mass: PointMass, gap: float, at: Array, until: float) -> Iterator[list[Leaf]]:
+    """Covers of all times by what is proved without one of the walls, and without any.
 
-
-def _polished(mass: PointMass, best: Extremal, at: Array, until: float) -> tuple[Extremal, Array]:
-    """Better times nearby without slopes, which M* need not have where a wall stops to push."""
-
-    def value(times: Array) -> float:
-        nonlocal best, at
-        if over(until):
-            raise OverError
-        if np.any(np.diff(np.concatenate([[0.0], times, [1.0]])) < APART):
-            return 1e9
-        here = extremal(mass, times)
-        if here.upper < best.upper:
-            best, at = here, times.copy()
-        return here.upper if math.isfinite(here.upper) else 1e9
-
-    # each time is moved with all later ones: times that nearly coincide stay in order
-    together = np.triu(np.ones((mass.walls, mass.walls)))
-    for _ in range(2):
-        simplex = at + NEAR * np.vstack([np.zeros(mass.walls), together])
-        options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxfev": MOST_TRIALS}
-        with suppress(OverError):
-            minimize(value, at, method="Nelder-Mead", options=options)
-    return best, at
+    Walls that play against each other, or the ends, at times that nearly coincide have multipliers without bounds.
+    """
+    fewer = np.vstack([~np.eye(mass.walls, dtype=bool), np.zeros(mass.walls, dtype=bool)])
+    for push in np.unique(fewer, axis=0):
+        few = certify(mass.only(push), gap, FEW[mass.walls], until, start=at[push])
+        yield [_past_idle(leaf, push, at) for leaf in few.leaves]
 
 
 def _past_idle(leaf: Leaf, push: Mask, at: Array) -> Leaf:
@@ -250,45 +223,3 @@ def apart(times: Array) -> Array:
     """The times in order, moved from each other and the ends by at least ROOM, shape (q,)."""
     steps = np.maximum(np.diff(np.concatenate([[0.0], times, [1.0]])), ROOM)
     return np.asarray(np.cumsum(steps)[:-1] / np.sum(steps))
-
-
-def slopes(mass: PointMass, times: Array, found: Extremal) -> Array:
-    """dM/dT_i = -l_i . r'(T_i) / I, shape (q,) [scaled]: the multipliers give it for nothing."""
-    area = float(impulse(found.multipliers, times)) or 1.0
-    return np.asarray(-np.sum(found.multipliers[2:] * found.motion.velocity(times), axis=1) / area)
-
-
-def descend(mass: PointMass, found: Extremal, times: Array, until: float = math.inf) -> tuple[Extremal, Array]:
-    """A local minimum of M* over the times from the given ones; never worse than those."""
-    q = mass.walls
-    if not q or found.upper == 0 or not math.isfinite(found.upper):
-        return found, times
-    best: tuple[Extremal, Array] = (found, times)
-
-    def value(at: Array) -> tuple[float, Array]:
-        nonlocal best
-        if over(until):
-            raise OverError
-        at = np.clip(at, APART, 1 - APART)
-        if np.any(np.diff(at) < APART):
-            return 1e3, np.zeros(q)
-        here = extremal(mass, at, best[0].multipliers)
-        if here.upper < best[0].upper:
-            best = here, at
-        if not math.isfinite(here.upper):
-            return 1e3, np.zeros(q)
-        return here.upper / found.upper, slopes(mass, at, here) / found.upper
-
-    order = np.eye(q)[1:] - np.eye(q)[:-1]
-    constraints = [LinearConstraint(order, lb=APART)] if q > 1 else []
-    with suppress(OverError):
-        minimize(
-            value,
-            times,
-            jac=True,
-            method="SLSQP",
-            bounds=[(APART, 1 - APART)] * q,
-            constraints=constraints,
-            options={"maxiter": 40, "ftol": FINE},
-        )
-    return best

@@ -126,7 +126,7 @@ class Search:
             last = heapq.heappop(self._heap)[2]
             for child in self._expand(last):
                 self._push(child)
-            left = 1 - self.lower / self.upper
+            left = 1 - self.lower / self.upper if self.upper else 0.0
             stalled, gap = (0, left) if math.isinf(self.upper) or left < WORTH * gap else (stalled + 1, gap)
             if progress:
                 progress(self.rounds, self.rounds + len(self._heap))
