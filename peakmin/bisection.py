@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from .arrays import Array
 from .bracket import Bracket, HoldProblem, Verdict
+from .deadline import over
 from .spec import Bisection, Settings
 
 if TYPE_CHECKING:
@@ -18,30 +19,38 @@ RELATIVE = 1e-6  # width of a bracket, relative to its upper end, at which it co
 MAX_STEPS = 1100  # halvings or doublings: from one end of the floats to the middle; a problem takes some 40
 LARGEST_PEAK = 1e150  # [scaled]; nothing above it is asked for
 GROWTH = 1.2  # from a lower end to the next M asked, while no upper end is known
+STUCK = 0.9  # of the width before: an unknown verdict that leaves more is none to go on from
 TOWARDS_LOWER = 1 / 16  # where verified bisection asks next: lower ends from proofs are the better of the two
 
 
-def direct(program: DirectProgram, times: Array, settings: Settings) -> Bracket:
+def direct(program: DirectProgram, times: Array, settings: Settings, until: float = math.inf) -> Bracket:
     """The bracket [scaled] from `direct`; further solvers are asked while it is not closed.
 
     Args:
         program: compiled for the maneuver, circle and grid.
         times: obstacle times [s], shape (q,).
+        until: a deadline, after which no further solver is asked.
     """
     problem, bracket = _start(program, times)
-    for solver in settings.solvers:
-        if bracket.gap <= RELATIVE:
+    for asked, solver in enumerate(settings.solvers):
+        if bracket.gap <= RELATIVE or (asked and over(until)):
             break
-        bracket = problem.tighten(bracket, program.solve(solver))
+        bracket = problem.tighten(bracket, program.solve(solver, until))
     return bracket
 
 
-def bisect(program: FeasibilityProgram, times: Array, settings: Settings, hint: Array | None = None) -> Bracket:
+def bisect(
+    program: FeasibilityProgram,
+    times: Array,
+    settings: Settings,
+    hint: Array | None = None,
+    until: float = math.inf,
+) -> Bracket:
     """The bracket [scaled] from the paper's five steps, `verified` or plain.
 
     Plain bisection moves an end to the midpoint, and only when the midpoint's verdict is proved; verified
     bisection moves both ends as far as the proofs allow, and asks nearer to the lower end. An M whose verdict
-    stays unknown with every solver ends the loop with the bracket as it is.
+    stays unknown with every solver ends the loop with the bracket as it is, and so does the deadline `until`.
 
     Args:
         program: compiled for the maneuver, circle and grid.
@@ -53,21 +62,23 @@ def bisect(program: FeasibilityProgram, times: Array, settings: Settings, hint: 
         return bracket
     assert isinstance(settings.method, Bisection)
     if settings.method.verified:
-        return _verified(program, problem, bracket, settings, hint)
-    return _plain(program, problem, bracket, settings)
+        return _verified(program, problem, bracket, settings, hint, until)
+    return _plain(program, problem, bracket, settings, until)
 
 
-def _plain(program: FeasibilityProgram, problem: HoldProblem, bracket: Bracket, settings: Settings) -> Bracket:
+def _plain(
+    program: FeasibilityProgram, problem: HoldProblem, bracket: Bracket, settings: Settings, until: float
+) -> Bracket:
     method, unit = settings.method, program.mass.unit
     assert isinstance(method, Bisection)
     # five: halvings of it do not end on the a-priori bound itself, where no verdict can be proved
     left, right = 0.0, method.upper / unit if method.upper else 5 * bracket.lower
     # 1. If the initial M is not feasible, it is increased until a feasible solution is found.
     for _ in range(MAX_STEPS):
-        bracket, verdict = _ask(program, problem, bracket, right, settings.solvers)
+        bracket, verdict = _ask(program, problem, bracket, right, settings.solvers, until)
         if verdict is Verdict.FEASIBLE:
             break
-        if verdict is Verdict.UNKNOWN or not right < LARGEST_PEAK:
+        if verdict is Verdict.UNKNOWN or not right < LARGEST_PEAK or over(until):
             return bracket
         left, right = right, 2 * right
     else:
@@ -76,8 +87,10 @@ def _plain(program: FeasibilityProgram, problem: HoldProblem, bracket: Bracket, 
     for _ in range(MAX_STEPS):
         if right - left <= (method.tolerance / unit if method.tolerance else RELATIVE * right):
             break
+        if over(until):
+            return replace(bracket, lower=max(left, bracket.lower), upper=min(right, bracket.upper))
         middle = (left + right) / 2
-        bracket, verdict = _ask(program, problem, bracket, middle, settings.solvers)
+        bracket, verdict = _ask(program, problem, bracket, middle, settings.solvers, until)
         if verdict is Verdict.UNKNOWN:
             return replace(bracket, lower=max(left, bracket.lower), upper=min(right, bracket.upper))
         left, right = (left, middle) if verdict is Verdict.FEASIBLE else (middle, right)
@@ -90,6 +103,7 @@ def _verified(
     bracket: Bracket,
     settings: Settings,
     hint: Array | None,
+    until: float,
 ) -> Bracket:
     method, unit = settings.method, program.mass.unit
     assert isinstance(method, Bisection)
@@ -107,18 +121,23 @@ def _verified(
             break
         else:  # a feasible answer this close to the lower end is the last one needed
             middle = bracket.lower + max(TOWARDS_LOWER * width, 0.9 * tolerance)
-        bracket, verdict = _ask(program, problem, bracket, middle, [settings.solver])
-        if verdict is Verdict.UNKNOWN and _same(bracket, before):
+        bracket, verdict = _ask(program, problem, bracket, middle, [settings.solver], until)
+        if verdict is Verdict.UNKNOWN and _stuck(bracket, before):
             # the least M is closer to this one than the solver's accuracy: ask further off, then ask others
             further = middle if math.isinf(width) else bracket.lower + 0.5 * width
-            bracket, verdict = _ask(program, problem, bracket, further, settings.solvers)
-            if verdict is Verdict.UNKNOWN and _same(bracket, before):
+            bracket, verdict = _ask(program, problem, bracket, further, settings.solvers, until)
+            if verdict is Verdict.UNKNOWN and _stuck(bracket, before):
                 break
+        if over(until):
+            break
     return bracket
 
 
-def _same(one: Bracket, other: Bracket) -> bool:
-    return (one.lower, one.upper) == (other.lower, other.upper)
+def _stuck(bracket: Bracket, before: Bracket) -> bool:
+    """Whether the ends have come no closer, or so little that an inaccurate solver could go on for ever."""
+    if math.isinf(bracket.upper):
+        return bracket.lower == before.lower
+    return bracket.upper - bracket.lower > STUCK * (before.upper - before.lower)
 
 
 def _start(program: DirectProgram | FeasibilityProgram, times: Array) -> tuple[HoldProblem, Bracket]:
@@ -128,12 +147,17 @@ def _start(program: DirectProgram | FeasibilityProgram, times: Array) -> tuple[H
 
 
 def _ask(
-    program: FeasibilityProgram, problem: HoldProblem, bracket: Bracket, peak: float, solvers: Iterable[str]
+    program: FeasibilityProgram,
+    problem: HoldProblem,
+    bracket: Bracket,
+    peak: float,
+    solvers: Iterable[str],
+    until: float,
 ) -> tuple[Bracket, Verdict]:
     """Whether M = peak [scaled] is feasible, from the first solver whose answer proves it either way."""
     program.M.value = peak * program.mass.unit
-    for solver in solvers:
-        if bracket.verdict(peak) is not Verdict.UNKNOWN:
+    for asked, solver in enumerate(solvers):
+        if bracket.verdict(peak) is not Verdict.UNKNOWN or (asked and over(until)):
             break
-        bracket = problem.tighten(bracket, program.solve(solver))
+        bracket = problem.tighten(bracket, program.solve(solver, until))
     return bracket, bracket.verdict(peak)

@@ -141,13 +141,14 @@ class HoldProblem:
 
     def tighten(self, bracket: Bracket, answer: Answer) -> Bracket:
         """The bracket with whatever the answer proves; an end never moves without proof."""
-        if answer.control is not None and np.all(np.isfinite(answer.control)):
-            upper, control = self.upper(answer.control)
-            if upper < bracket.upper:
-                bracket = replace(bracket, upper=upper, control=control)
-        if answer.costate is not None and np.all(np.isfinite(answer.costate)):
-            bracket = self.raise_lower(bracket, self.fit(answer.costate))
-        return bracket
+        with np.errstate(all="ignore"):  # of absurd answers: what comes out not finite proves nothing
+            if answer.control is not None and np.all(np.isfinite(answer.control)):
+                upper, control = self.upper(answer.control)
+                if upper < bracket.upper:
+                    bracket = replace(bracket, upper=upper, control=control)
+            if answer.costate is not None and np.all(np.isfinite(answer.costate)):
+                bracket = self.raise_lower(bracket, self.fit(answer.costate))
+            return bracket
 
     def raise_lower(self, bracket: Bracket, multipliers: Array) -> Bracket:
         """The bracket with the lower end that these multipliers, (2+q, 2), prove, if that is higher."""

@@ -5,37 +5,29 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-import time
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import LinearConstraint, minimize
 
 from .arrays import Array, Mask
 from .certify import Leaf, lower_bound, out_of_order
+from .deadline import over
+from .descent import APART, descend, elsewhere
 from .exact import Extremal, ascend, extremal, least_energy
-from .moments import PointMass, impulse
+from .moments import PointMass
 from .nodal import Nodal
 from .progress import Progress
 from .saddle import saddle
 
-APART = 1e-9  # least distance of obstacle times from each other and the ends at which M* is evaluated
-FINE = 1e-15  # relative: how precisely a descent is ended
 WORTH_A_DESCENT = 1e-9  # relative improvement of the best peak after which local descent starts from there
 MOST_MOVES = 4  # optima looked at in one box
+WEAK = 0.9  # of the best peak: with a bound below it at first, bounds with fewer walls are tried
+FEW = (1, 1, 12, 8)  # boxes for each of them, by the number of walls; none with more walls
 IDLE = 1e-4  # of the largest multiplier: below it a wall is tried without
-COARSE = tuple((k + 0.5) / 7 for k in range(7))  # times tried where one box does not prove the rest
-DESCENTS = 5
-NEAR, MOST_TRIALS = 0.02, 300  # of the duration; how far and how often is looked around the best times
 ROOM = 1e-3  # least distance of the times that a search starts from
 EDGE = 0.1  # of a box: how far around a place its times are looked for, so as not to end on a side
 WORTH_A_MOVE = 1e-4  # relative improvement of a box's bound after which another one is
-
-
-class _OverError(Exception):
-    """The time is over: what a minimiser has found so far is taken."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +56,7 @@ def certify(
     mass: PointMass,
     gap: float,
     node_limit: int = 100_000,
-    time_limit: float = math.inf,
+    until: float = math.inf,
     progress: Progress | None = None,
     start: Array | None = None,
     enough: float = math.inf,
@@ -75,12 +67,12 @@ def certify(
         mass: the maneuver in scaled units, q walls.
         gap: relative gap between the best peak and the bound at which to stop.
         node_limit: boxes to look at.
-        time_limit: seconds.
+        until: a deadline, see `peakmin.deadline`.
         progress: called with (nodes done, nodes done and waiting).
         start: times near the best ones, shape (q,); default evenly spread.
         enough: a bound [scaled] at which to stop too, whatever the gap.
     """
-    until, q = time.perf_counter() + time_limit, mass.walls
+    q = mass.walls
     at = inside(np.zeros(q), np.ones(q)) if start is None else apart(start)
     first = extremal(mass, at)
     root = Leaf((0.0,) * q, (1.0,) * q, first.multipliers, tuple(at.tolist()))
@@ -90,20 +82,25 @@ def certify(
     serial = itertools.count()
     root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers, tuple(at.tolist()))
     bound = root.bound(mass)
-    size = np.hypot(*best.multipliers.T)
+    size, nodes, begun = np.hypot(*best.multipliers.T), 1, [root]
     push = size[2:] > IDLE * np.max(size, initial=0.0)
     if 0 < best.upper < math.inf and not np.all(push) and bound < (1 - gap) * best.upper:
-        left = until - time.perf_counter()
-        few = certify(mass.only(push), gap / 2, node_limit, left, progress, at[push], enough)
+        few = certify(mass.only(push), gap / 2, node_limit, until, progress, at[push], enough)
+        nodes, leaves = few.nodes, [_past_idle(leaf, push, at) for leaf in few.leaves]
         if few.lower >= (1 - gap) * best.upper:
-            leaves = [_past_idle(leaf, push, at) for leaf in few.leaves]
-            return Certificate(leaves, min(few.lower, best.upper), best, at, few.nodes, True)
-    if bound < (1 - gap) * best.upper and start is None:
-        best, at = _elsewhere(mass, best, at, until)
-    waiting = [(bound, next(serial), root, best.multipliers)]
-    nodes = 1
+            return Certificate(leaves, min(few.lower, best.upper), best, at, nodes, True)
+        if few.lower > bound:
+            begun = leaves
+    proved = min(leaf.bound(mass) for leaf in begun)
+    if start is None and 0 < q < len(FEW) and proved < WEAK * best.upper < math.inf:
+        begun = max([begun, *_without(mass, gap, at, until)], key=lambda own: min(leaf.bound(mass) for leaf in own))
+        proved = min(leaf.bound(mass) for leaf in begun)
+    if start is None and proved < (1 - gap) * best.upper:
+        best, at = elsewhere(mass, best, at, until)
+    waiting = [(leaf.bound(mass), next(serial), leaf, leaf.multipliers) for leaf in begun]
+    heapq.heapify(waiting)
     while q and waiting[0][0] < min((1 - gap) * best.upper, enough) and best.upper > 0:
-        if nodes >= node_limit or time.perf_counter() >= until:
+        if nodes >= node_limit or over(until) or max(np.subtract(waiting[0][2].high, waiting[0][2].low)) < APART:
             break
         bound, _, leaf, optimal = heapq.heappop(waiting)
         for low, high in halves(leaf.low, leaf.high, optimal):
@@ -111,7 +108,7 @@ def certify(
                 continue
             nodes += 1
             search = _Box(mass, Leaf(low, high, leaf.multipliers, leaf.at))
-            for found, there in search.improve(min((1 - gap) * best.upper, enough)):
+            for found, there in search.improve(min((1 - gap) * best.upper, enough), until):
                 if found.upper < best.upper * (1 - WORTH_A_DESCENT):
                     best, at = descend(mass, found, there, until)
             # what holds for the parent's box holds for its half
@@ -124,43 +121,15 @@ def certify(
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
 
 
-def _elsewhere(mass: PointMass, best: Extremal, at: Array, until: float) -> tuple[Extremal, Array]:
-    """The best of a few descents, from where a coarse choice of ordered times is best: M* can have several minima."""
-    q = mass.walls
-    if q > len(COARSE) // 2:
-        return best, at
-    points = [np.array(point) for point in itertools.combinations(COARSE, q)]
-    in_time = itertools.takewhile(lambda _: time.perf_counter() < until, points)
-    found = sorted(((extremal(mass, point), point) for point in in_time), key=lambda pair: pair[0].upper)
-    for here, point in found[:DESCENTS]:
-        there, times = descend(mass, here, point, until)
-        if there.upper < best.upper:
-            best, at = there, times
-    return _polished(mass, best, at, until)
+def _without(mass: PointMass, gap: float, at: Array, until: float) -> Iterator[list[Leaf]]:
+    """Covers of all times by what is proved without one of the walls, and without any.
 
-
-def _polished(mass: PointMass, best: Extremal, at: Array, until: float) -> tuple[Extremal, Array]:
-    """Better times nearby without slopes, which M* need not have where a wall stops to push."""
-
-    def value(times: Array) -> float:
-        nonlocal best, at
-        if time.perf_counter() >= until:
-            raise _OverError
-        if np.any(np.diff(np.concatenate([[0.0], times, [1.0]])) < APART):
-            return 1e9
-        here = extremal(mass, times)
-        if here.upper < best.upper:
-            best, at = here, times.copy()
-        return here.upper if math.isfinite(here.upper) else 1e9
-
-    # each time is moved with all later ones: times that nearly coincide stay in order
-    together = np.triu(np.ones((mass.walls, mass.walls)))
-    for _ in range(2):
-        simplex = at + NEAR * np.vstack([np.zeros(mass.walls), together])
-        options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxfev": MOST_TRIALS}
-        with suppress(_OverError):
-            minimize(value, at, method="Nelder-Mead", options=options)
-    return best, at
+    Walls that play against each other, or the ends, at times that nearly coincide have multipliers without bounds.
+    """
+    fewer = np.vstack([~np.eye(mass.walls, dtype=bool), np.zeros(mass.walls, dtype=bool)])
+    for push in np.unique(fewer, axis=0):
+        few = certify(mass.only(push), gap, FEW[mass.walls], until, start=at[push])
+        yield [_past_idle(leaf, push, at) for leaf in few.leaves]
 
 
 def _past_idle(leaf: Leaf, push: Mask, at: Array) -> Leaf:
@@ -183,7 +152,7 @@ class _Box:
         self.low, self.high = np.array(leaf.low), np.array(leaf.high)
         self.optimal = leaf.multipliers
 
-    def improve(self, enough: float) -> Iterator[tuple[Extremal, Array]]:
+    def improve(self, enough: float, until: float) -> Iterator[tuple[Extremal, Array]]:
         """Try better and dearer multipliers until the bound is enough; yields the optima met on the way."""
         mass, centre = self.mass, inside(self.low, self.high)
         if self.bound >= enough or not far_apart(centre):
@@ -198,6 +167,8 @@ class _Box:
         place = centre
         for _ in range(MOST_MOVES):
             if self.bound >= enough or lower_bound(mass, place, self.optimal) >= enough / (1 - WORTH_A_MOVE):
+                return
+            if over(until):
                 return
             before, found = self.bound, extremal(mass, place)
             yield found, place
@@ -259,38 +230,3 @@ def apart(times: Array) -> Array:
     """The times in order, moved from each other and the ends by at least ROOM, shape (q,)."""
     steps = np.maximum(np.diff(np.concatenate([[0.0], times, [1.0]])), ROOM)
     return np.asarray(np.cumsum(steps)[:-1] / np.sum(steps))
-
-
-def slopes(mass: PointMass, times: Array, found: Extremal) -> Array:
-    """dM/dT_i = -l_i . r'(T_i) / I, shape (q,) [scaled]: the multipliers give it for nothing."""
-    area = float(impulse(found.multipliers, times)) or 1.0
-    return np.asarray(-np.sum(found.multipliers[2:] * found.motion.velocity(times), axis=1) / area)
-
-
-def descend(mass: PointMass, found: Extremal, times: Array, until: float = math.inf) -> tuple[Extremal, Array]:
-    """A local minimum of M* over the times from the given ones, or what is known of it by `until`; never worse."""
-    q = mass.walls
-    if not q or found.upper == 0 or not math.isfinite(found.upper):
-        return found, times
-    best: tuple[Extremal, Array] = (found, times)
-
-    def value(at: Array) -> tuple[float, Array]:
-        nonlocal best
-        if time.perf_counter() >= until:
-            raise _OverError
-        at = np.clip(at, APART, 1 - APART)
-        if np.any(np.diff(at) < APART):
-            return 1e3, np.zeros(q)
-        here = extremal(mass, at, best[0].multipliers)
-        if here.upper < best[0].upper:
-            best = here, at
-        if not math.isfinite(here.upper):
-            return 1e3, np.zeros(q)
-        return here.upper / found.upper, slopes(mass, at, here) / found.upper
-
-    order = np.eye(q)[1:] - np.eye(q)[:-1]
-    constraints = [LinearConstraint(order, lb=APART)] if q > 1 else []
-    bounds, options = [(APART, 1 - APART)] * q, {"maxiter": 40, "ftol": FINE}
-    with suppress(_OverError):
-        minimize(value, times, jac=True, method="SLSQP", bounds=bounds, constraints=constraints, options=options)
-    return best

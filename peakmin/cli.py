@@ -2,13 +2,15 @@
 
 Results go to stdout, progress and errors to stderr.
 
-Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved infeasible, 4 nothing proved.
+Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved infeasible, 4 nothing proved,
+130 stopped by Ctrl-C; `solve` and `sweep` then give what they have, at a second one nothing.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -16,6 +18,7 @@ import typer
 from typer.exceptions import TyperException
 
 from . import api, files, output, words
+from .deadline import ended_by_interrupt
 from .errors import PeakminError, SpecError
 from .model import read_file
 from .spec import Spec, schema
@@ -23,6 +26,7 @@ from .spec import Spec, schema
 if TYPE_CHECKING:
     from .arm.plan import ArmPlan
     from .plan import Plan
+    from .planned import Status
 
 EXIT = {"solved": 0, "infeasible": 3, "unknown": 4}
 BAD_INPUT, DIFFERS, STOPPED = 2, 1, 130
@@ -47,23 +51,23 @@ def solve_command(
     asked = api.read_spec(spec)
 
     if isinstance(asked, Spec):
-        with output.bar("solve") as progress:
+        with ended_by_interrupt() as stopped, output.bar("solve") as progress:
             plan = api.solve(asked.maneuver, asked.settings, progress=progress)
         if out:
             output.write_plan(plan, out)
         print(plan.to_json(indent=2) if as_json else words.describe(plan))
-        _say_why(plan, as_json)
-        raise typer.Exit(EXIT[plan.status])
+        _say_why(plan, as_json, stopped)
+        _end(plan.status, stopped, words.so_far(plan))
     from .arm import terminal
 
-    with output.bar("solve") as progress:
+    with ended_by_interrupt() as stopped, output.bar("solve") as progress:
         arm_plan = api.solve(asked.asked, asked.settings, progress=progress)
     if out:
         output.headless()
         terminal.write(arm_plan, out, gif)
     print(arm_plan.to_json(indent=2) if as_json else terminal.describe(arm_plan))
-    _say_why(arm_plan, as_json)
-    raise typer.Exit(EXIT[arm_plan.status])
+    _say_why(arm_plan, as_json, stopped)
+    _end(arm_plan.status, stopped, words.so_far(arm_plan))
 
 
 @app.command("explain")
@@ -113,7 +117,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
     asked = Spec.read(spec)
     from .sweep import sweep
 
-    with output.bar("sweep") as progress:
+    with ended_by_interrupt() as stopped, output.bar("sweep") as progress:
         found = sweep(asked.maneuver, asked.settings, progress=progress)
     if out:
         output.write_plan(found.best, out)
@@ -122,7 +126,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
         if found.obstacle_times.ndim == 1:
             output.save(out / "sweep.png", found)
     print(found.to_json(indent=2) if as_json else words.table(found))
-    raise typer.Exit(EXIT[found.best.status])
+    _end(found.best.status, stopped, words.done(found))
 
 
 @app.command("budget")
@@ -159,7 +163,7 @@ def study_command(
             found = study(asked, store=store, workers=workers, progress=progress)
     except KeyboardInterrupt as stopped:
         print(f"peakmin: stopped, {stopped}", file=sys.stderr)
-        raise typer.Exit(STOPPED) from None
+        sys.exit(STOPPED)
     print(found.to_json(indent=2) if as_json else f"{words.rows(found)}\nwrote {store}")
     raise typer.Exit(0 if found.answered else EXIT["unknown"])
 
@@ -222,25 +226,30 @@ def schema_command(
         print(json.dumps(schema(), indent=2))
 
 
-def _say_why(plan: Plan | ArmPlan, as_json: bool) -> None:
+def _say_why(plan: Plan | ArmPlan, as_json: bool, stopped: threading.Event) -> None:
     """Under a plan that is infeasible, which entries conflict and what would help."""
-    if plan.status == "infeasible" and not as_json:
+    if plan.status == "infeasible" and not as_json and not stopped.is_set():
         with output.bar("explain"):
             why = plan.explanation
         print(why)
 
 
+def _end(status: Status, stopped: threading.Event, so_far: str) -> NoReturn:
+    """The exit status, after Ctrl-C with a line on how far this came."""
+    if stopped.is_set():
+        print(f"peakmin: stopped, {so_far}", file=sys.stderr)
+        sys.exit(STOPPED)
+    raise typer.Exit(EXIT[status])
+
+
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line; every refusal is one line on stderr and exit status 2."""
+    arguments = sys.argv[1:] if arguments is None else arguments
     try:
-        sys.exit(
-            app(
-                args=(sys.argv[1:] if arguments is None else arguments) or ["--help"],
-                prog_name="peakmin",
-                standalone_mode=False,
-            )
-            or 0
-        )
+        status = app(args=arguments or ["--help"], prog_name="peakmin", standalone_mode=False) or 0
+        if status == STOPPED:  # Ctrl-C where nothing was said of it
+            print("peakmin: stopped", file=sys.stderr)
+        sys.exit(status)
     except PeakminError as error:
         print(f"peakmin: {words.one_line(str(error))}", file=sys.stderr)
     except TyperException as error:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .plan import Plan
 
 P = TypeVar("P")
+VERSION = 1  # of plan documents
 COSTATE_ARRAYS = ("first", "last", "size", "first_error", "last_error")
 SAMPLES = 200  # panels of the samples that a costate plan lists beside its closed form
 
@@ -36,7 +37,7 @@ def of(plan: Plan) -> dict[str, Any]:
     t = listed_times(plan.trajectory, plan.maneuver.duration)
     acceleration = t[:-1] if isinstance(motion, HoldTrajectory) else t
     data: dict[str, Any] = {
-        "version": 1,
+        "version": VERSION,
         "status": plan.status,
         "peak": plan.peak if math.isfinite(plan.peak) else None,
         "lower_bound": plan.lower_bound,
@@ -115,8 +116,7 @@ def read_by(made: Callable[[dict[str, Any]], P], data: dict[str, Any]) -> P:
 def _plan(data: dict[str, Any]) -> Plan:
     from .plan import Made, Plan
 
-    if data.get("version") != 1:
-        raise SpecError(f"version: was {short(data.get('version'))}, must be 1")
+    known_plan(data)
     spec = Spec(**data["spec"])
     walls = tuple(Wall(**wall) for wall in data["walls"]) if spec.maneuver.blocks else spec.maneuver.walls
     mass = PointMass.of(spec.maneuver.past(walls))
@@ -144,6 +144,13 @@ def _plan(data: dict[str, Any]) -> Plan:
         array(data["multipliers"], (2 + mass.walls, 2)),
         Made(**data["made"]),
     )
+
+
+def known_plan(data: dict[str, Any]) -> None:
+    """Refuse a document of another version, or none. Raises `SpecError`."""
+    version = data.get("version")
+    if type(version) is not int or version != VERSION:
+        raise SpecError(f"version: was {version!r}, must be {VERSION} (the only version so far)")
 
 
 def _branch(data: dict[str, Any], cells: Cells) -> Branch:

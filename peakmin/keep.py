@@ -13,6 +13,7 @@ of every path that crosses first at T_i; "far side from then on" is a choice, an
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,6 +24,7 @@ from .arrays import Array
 from .bracket import Bracket
 from .cells import Cells, Way
 from .circle import Disc, Polygon
+from .deadline import OverError, over
 from .grid import Aligned, Uniform
 from .keeping import Keeping, extent, inward, keeping
 from .moments import PointMass
@@ -48,6 +50,7 @@ class KeptProgram:
     count: Count = field(default_factory=Count)
     cells: Cells | None = None
     way: Way = ()
+    until: float = math.inf  # a deadline
 
     def __post_init__(self) -> None:
         self.mass = PointMass.of(self.maneuver.past(self.walls))
@@ -58,6 +61,8 @@ class KeptProgram:
         found: list[tuple[float, Array, Bracket, HoldTrajectory]] = []
 
         def value(at: Array) -> float:
+            if over(self.until):
+                raise OverError
             if np.any(np.diff(np.concatenate([[0.0], at, [1.0]])) < 1e-3):
                 return 1e9
             kept = self.at(at)
@@ -66,17 +71,18 @@ class KeptProgram:
             found.append((kept[1].upper, *kept))
             return kept[1].upper
 
-        if len(times) and isinstance(self.grid, Aligned):
-            simplex = times + np.vstack([np.zeros(len(times)), 0.05 * np.eye(len(times))])
-            options = {
-                "initial_simplex": np.clip(simplex, 0.01, 0.99),
-                "maxfev": MOST_TIMES,
-                "xatol": 1e-4,
-                "fatol": 1e-7,
-            }
-            minimize(value, times, method="Nelder-Mead", options=options)
-        else:
-            value(times)
+        with suppress(OverError):
+            if len(times) and isinstance(self.grid, Aligned):
+                simplex = times + np.vstack([np.zeros(len(times)), 0.05 * np.eye(len(times))])
+                options = {
+                    "initial_simplex": np.clip(simplex, 0.01, 0.99),
+                    "maxfev": MOST_TIMES,
+                    "xatol": 1e-4,
+                    "fatol": 1e-7,
+                }
+                minimize(value, times, method="Nelder-Mead", options=options)
+            else:
+                value(times)
         return min(found, key=lambda one: one[0])[1:] if found else None
 
     def at(self, times: Array) -> tuple[Array, Bracket, HoldTrajectory] | None:
@@ -85,6 +91,8 @@ class KeptProgram:
         room = {"sides": 0.0, "region": FIRST_ROOM * self.size, "speed": 0.0, "gaps": 0.0}
         gaps: list[tuple[int, Array, float]] = []
         for _ in range(TRIES):
+            if over(self.until):
+                return None
             bracket = self._solve(placed, room, gaps)
             if bracket.control is None:
                 return None
@@ -146,7 +154,7 @@ class KeptProgram:
             program.within(program.velocity[1:], (self.maneuver.max_speed - room["speed"]) * mass.time / mass.length)
         self.count.compilations += 1
         self.count.solves += 1
-        return program.solve()
+        return program.solve(self.until)
 
     def _planes(self, r: Any, kappa: Any, edges: Array, placed: Array, room: dict[str, float]) -> list[Any]:
         """n . r_k >= kappa c: the region at every node, the lines of the user's walls before and after the crossing."""

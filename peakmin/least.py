@@ -23,10 +23,16 @@ COARSE = 100  # holds per segment of the program that proposes multipliers to th
 class LeastPeak:
     """M(T_obs) of one maneuver for one circle and grid: programs compiled once, answers remembered."""
 
-    def __init__(self, maneuver: Maneuver, settings: Settings, circle: Disc | Polygon | None = None) -> None:
+    def __init__(
+        self,
+        maneuver: Maneuver,
+        settings: Settings,
+        circle: Disc | Polygon | None = None,
+        until: float = math.inf,
+    ) -> None:
         from . import compiled, program  # cvxpy takes a second to import
 
-        self.maneuver, self.settings = maneuver, settings
+        self.maneuver, self.settings, self.until = maneuver, settings, until
         self.mass = PointMass.of(maneuver)
         self.count = program.Count()
         self._kinds, self._programs = program, compiled.programs()
@@ -51,10 +57,10 @@ class LeastPeak:
                 bracket = self._extremals[key].bracket
             elif isinstance(self.settings.method, Bisection):
                 feasibility = self._programs.take(self._kinds.FeasibilityProgram, *self._arguments, self.count)
-                bracket = bisect(feasibility, times, self.settings, self._hint)
+                bracket = bisect(feasibility, times, self.settings, self._hint, self.until)
             else:
                 program = self._programs.take(self._kinds.DirectProgram, *self._arguments, self.count)
-                bracket = direct(program, times, self.settings)
+                bracket = direct(program, times, self.settings, self.until)
             self._hint = bracket.multipliers
             self._known[key] = bracket
         return self._known[key]
@@ -76,4 +82,4 @@ class LeastPeak:
         """The bracket at scaled times of a conic program on a coarse aligned grid."""
         grid = Aligned(steps=COARSE * (1 + self.mass.walls))
         program = self._programs.take(self._kinds.DirectProgram, self.maneuver, Disc(), grid, self.count)
-        return direct(program, times * self.mass.time, self.settings)
+        return direct(program, times * self.mass.time, self.settings, self.until)

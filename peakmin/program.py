@@ -17,6 +17,7 @@ With kappa a parameter this is the paper's feasibility problem; with kappa a var
 
 from __future__ import annotations
 
+import math
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -29,6 +30,7 @@ import numpy as np
 from .arrays import Array
 from .bracket import Answer
 from .circle import Disc, Polygon
+from .deadline import left
 from .errors import NotDPPError, SpecError
 from .grid import Aligned, Uniform
 from .moments import PointMass, hold_rows
@@ -52,6 +54,14 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "OSQP": {"eps_abs": 1e-6, "eps_rel": 1e-6, "max_iter": 40_000, "polishing": True},
     "SCS": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 20_000},
 }
+LIMITS = {"SCS": "time_limit_secs"}  # what else solvers call their `time_limit`
+LEAST_TIME = 0.1  # s: a solver is given no less, so that there is an answer at all
+
+
+def options_of(solver: str, until: float = math.inf) -> dict[str, Any]:
+    """A solver's options, which end it at the deadline."""
+    limit = {LIMITS.get(solver, "time_limit"): max(left(until), LEAST_TIME)} if math.isfinite(until) else {}
+    return OPTIONS[solver] | limit
 
 
 def structure(maneuver: Maneuver) -> tuple[bytes, ...]:
@@ -193,14 +203,15 @@ class _Program(ABC):
             self.obstacle_times.value = np.asarray(times, dtype=float)
         return self._scaled_times()
 
-    def solve(self, solver: str) -> Answer:
+    def solve(self, solver: str, until: float = math.inf) -> Answer:
         """Solve with the values set, and read off what the solver proposes, whatever its status.
 
         Args:
             solver: CLARABEL, HIGHS, OSQP or SCS; "CLARABEL CAREFUL" is CLARABEL at its own default care.
+            until: a deadline.
         """
         self.count.solves += 1
-        options = OPTIONS[solver]
+        options = options_of(solver, until)
         solver = solver.split()[0]
         if solver not in self._per_solver:  # a cvxpy problem keeps what it compiled for its last solver only
             fresh = cp.Problem(self.problem.objective, self.problem.constraints)
@@ -215,7 +226,8 @@ class _Program(ABC):
             raise
         except (cp.SolverError, ValueError, ArithmeticError) as error:
             return Answer(status=f"failed: {error}")
-        return Answer(self._control(), self.circle.costate(self._bound), str(problem.status))
+        with np.errstate(all="ignore"):  # what is not finite then proves nothing
+            return Answer(self._control(), self.circle.costate(self._bound), str(problem.status))
 
     @abstractmethod
     def _control(self) -> Array | None:

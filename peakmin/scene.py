@@ -11,7 +11,6 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -20,6 +19,7 @@ import numpy as np
 from .arrays import Array
 from .branch import Certificate, certify
 from .cells import Cells, Line, Way
+from .deadline import over
 from .exact import extremal
 from .keeping import keeping
 from .moments import PointMass
@@ -92,12 +92,12 @@ def _boxes(walls: int, effort: int) -> int:
 class Search:
     """Best-first search over the ways of one maneuver with blocks."""
 
-    def __init__(self, cells: Cells, gap: float) -> None:
+    def __init__(self, cells: Cells, gap: float, node_limit: int, until: float = math.inf) -> None:
         self.maneuver, self.gap, self.cells = cells.maneuver, gap, cells
+        self._most, self._until = node_limit, until
         self.boxes = self.rounds = 0
         self.best: Free | None = None
         self._serial = itertools.count()
-        self._until = math.inf
         self._heap: list[tuple[float, int, _Node]] = []
         self._closed: list[_Node] = []
 
@@ -116,13 +116,12 @@ class Search:
         """No free path has a smaller peak [m/s^2]."""
         return min(self.upper, *(node.bound for node in self._nodes))
 
-    def run(self, way: Way, rounds: int, time_limit: float, progress: Progress | None) -> Found:
-        """Search until the gap is reached or comes down no more, or for so many rounds and seconds."""
-        self._until = time.perf_counter() + time_limit
+    def run(self, way: Way, rounds: int, progress: Progress | None) -> Found:
+        """Search until the gap is reached or comes down no more, or for so many rounds, boxes and seconds."""
         self._push(self._solve(way, ()))
         last, stalled, gap = self._heap[0][2], 0, 1.0
         while self._heap and self._heap[0][0] < (1 - self.gap) * self.upper:
-            if stalled >= PATIENCE or self.rounds >= rounds or time.perf_counter() > self._until:
+            if stalled >= PATIENCE or self.rounds >= rounds or self._over:
                 break
             last = heapq.heappop(self._heap)[2]
             for child in self._expand(last):
@@ -133,6 +132,10 @@ class Search:
                 progress(self.rounds, self.rounds + len(self._heap))
         branches = tuple(node.branch for node in self._nodes)
         return Found(self.lower, branches, self.best, self._as_free(last), self.boxes, self.rounds)
+
+    @property
+    def _over(self) -> bool:
+        return self.boxes >= self._most or over(self._until)
 
     def _as_free(self, node: _Node) -> Free:
         found = node.certificate
@@ -164,8 +167,8 @@ class Search:
         mass, start = PointMass.of(past), None
         if path is not None:
             start = np.array([np.argmax(path[:, 0] >= x) / SAMPLES for x, _ in self.cells.marks(way, lines)])
-        left = self._until - time.perf_counter()
-        found = certify(mass, self.gap / 4, node_limit=_boxes(mass.walls, effort), time_limit=left, start=start)
+        boxes = min(_boxes(mass.walls, effort), max(self._most - self.boxes, 1))
+        found = certify(mass, self.gap / 4, node_limit=boxes, until=self._until, start=start)
         self.boxes += found.nodes
         bound, branch = found.lower * mass.unit, Branch(way, lines, tuple(found.leaves))
         tried = frozenset(lines)

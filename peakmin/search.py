@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,10 +14,12 @@ from .branch import certify
 from .cells import Cells, Way
 from .certify import Proof
 from .circle import Disc, Polygon
+from .deadline import after, over, part
 from .errors import SpecError
 from .exact import extremal
 from .frame import Frame
 from .grid import Uniform
+from .keeping import keeping
 from .least import LeastPeak
 from .moments import PointMass
 from .plan import Plan, from_bracket, peak_of
@@ -54,33 +55,35 @@ def solve(maneuver: Maneuver, settings: Settings | None = None, progress: Progre
     """
     settings = settings or Settings()
     check(maneuver, settings)
+    until = after(settings.time_limit)
     if maneuver.blocks:
-        return _past_blocks(maneuver, settings, progress)
+        return _past_blocks(maneuver, settings, progress, until)
     if isinstance(settings.search, GlobalSearch):
-        return _keeping(_global(maneuver, settings, progress))
+        return _keeping(_global(maneuver, settings, progress, until), until)
     if isinstance(settings.search, RefineSearch):
         return _refine(maneuver, settings, progress)
     return sweep(maneuver, settings, progress=progress).best
 
 
-def _global(maneuver: Maneuver, settings: Settings, progress: Progress | None) -> Plan:
+def _global(maneuver: Maneuver, settings: Settings, progress: Progress | None, until: float) -> Plan:
     """Branch and bound in continuous time, then the settings' own control at (or near) the best times."""
     began = time.perf_counter()
     assert isinstance(settings.search, GlobalSearch)
     mass = PointMass.of(maneuver)
-    found = certify(mass, settings.search.gap, settings.node_limit, settings.time_limit or math.inf, progress)
-    least = LeastPeak(maneuver.past(maneuver.walls), settings)
-    times = found.times * mass.time
+    least = LeastPeak(maneuver.past(maneuver.walls), settings, until=until)
     same = isinstance(settings.method, Exact) or (
         isinstance(settings.circle, Disc) and not isinstance(settings.grid, Uniform)
     )
+    search_until = until if same and maneuver.simple else part(until)
+    found = certify(mass, settings.search.gap, settings.node_limit, search_until, progress)
+    times = found.times * mass.time
     if not same and mass.walls:
-        times = _closer(least, times, NEARBY * mass.time, began + (settings.time_limit or math.inf))
+        times = _closer(least, times, NEARBY * mass.time, until)
     proof = Proof("all", tuple(found.leaves))
     return plan_at(least, times, began, nodes=found.nodes, proof=proof, of=maneuver)
 
 
-def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | None) -> Plan:
+def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | None, until: float) -> Plan:
     """The search over the ways in continuous time, then the settings' own control past the walls that it put up.
 
     A held control bends a little otherwise than the one that was proved free: its walls are raised until it is free.
@@ -92,17 +95,18 @@ def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | No
         raise SpecError(
             "maneuver.obstacles: was closed on the sides asked for, must leave a way between start and goal"
         )
-    found = Search(cells, settings.search.gap).run(
-        cells.ways, settings.rounds, settings.time_limit or math.inf, progress
+    found = Search(cells, settings.search.gap, settings.node_limit, part(until)).run(
+        cells.ways, settings.rounds, progress
     )
     free, proof = found.best or found.nearest, WaysProof(found.branches)
     lift, past = free.lift, free.past
+    times = free.times * maneuver.duration
     for _ in range(LIFTS):
-        least = LeastPeak(past, settings)
-        plan = plan_at(least, free.times * maneuver.duration, began, nodes=found.nodes, proof=proof, of=maneuver)
-        if plan.trajectory is None or found.best is None:
+        least = LeastPeak(past, settings, until=until)
+        motion = least.motion(times)
+        if motion is None or found.best is None or over(until):
             break
-        kept = plan.keeping()
+        kept = keeping(maneuver, motion)
         short = -min(kept.walls, kept.blocks)
         if not short > 0:
             break
@@ -111,10 +115,11 @@ def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | No
         if raised is None or not raised.walls:
             break
         past = raised
-    return _keeping(plan, cells, free.way)
+    plan = plan_at(least, times, began, nodes=found.nodes, proof=proof, of=maneuver)
+    return _keeping(plan, until, cells, free.way)
 
 
-def _keeping(plan: Plan, cells: Cells | None = None, way: Way = ()) -> Plan:
+def _keeping(plan: Plan, until: float, cells: Cells | None = None, way: Way = ()) -> Plan:
     """The plan, or where its path leaves the region, goes too fast or meets a wall again, one that does not."""
     if plan.status == "infeasible" or plan.trajectory is None or plan.keeping().passed(plan.maneuver):
         return plan
@@ -123,7 +128,7 @@ def _keeping(plan: Plan, cells: Cells | None = None, way: Way = ()) -> Plan:
 
     began, count = time.perf_counter(), Count()
     circle = plan.settings.circle.facing(Frame.from_maneuver(plan.maneuver).angle)
-    program = KeptProgram(plan.maneuver, plan.walls, circle, plan.settings.grid, count, cells, way)
+    program = KeptProgram(plan.maneuver, plan.walls, circle, plan.settings.grid, count, cells, way, until)
     found = program.best(plan.obstacle_times / plan.maneuver.duration)
     if found is None:
         return plan
@@ -144,22 +149,23 @@ def _refine(maneuver: Maneuver, settings: Settings, progress: Progress | None) -
     began = time.perf_counter()
     assert isinstance(settings.search, RefineSearch)
     walls, count = len(maneuver.walls), settings.search.count
-    least = LeastPeak(maneuver, settings)
+    until = after(settings.time_limit)
+    least = LeastPeak(maneuver, settings, until=until)
     if not walls:
         return plan_at(least, np.zeros(0), began)
     coarse_solver = settings.solver if settings.solver in SOLVERS["polygon"] else "CLARABEL"
     coarse_settings = settings.model_copy(update={"method": Direct(), "solver": coarse_solver})
-    coarse = LeastPeak(maneuver, coarse_settings, circle=Polygon(segments=1))
+    coarse = LeastPeak(maneuver, coarse_settings, circle=Polygon(segments=1), until=until)
     spacing = maneuver.duration / (count + 1)
     points = list(itertools.combinations(spacing * np.arange(1, count + 1), walls))
     ends: list[float] = []
-    until = began + (settings.time_limit or math.inf)
+    part_of_it = part(until)
     for done, point in enumerate(points, 1):
-        if done > 1 and time.perf_counter() > until:
-            break
         ends.append(coarse(np.array(point)).upper)
         if progress:
             progress(done, len(points))
+        if over(part_of_it):
+            break
     best = _closer(least, np.array(points[int(np.argmin(ends))]), spacing, until)
     return plan_at(least, best, began, also=coarse)
 
@@ -168,12 +174,12 @@ def _closer(least: LeastPeak, best: Array, spacing: float, until: float) -> Arra
     """Better obstacle times [s] near the given ones, shape (q,).
 
     Each round asks around the winner at half the spacing of the round before, until it is 1e-4 of the duration or
-    half a node of a uniform grid.
+    half a node of a uniform grid, or the time is over.
     """
     grid, duration = least.settings.grid, least.mass.time
     finest = duration * (max(FINEST, 0.5 / grid.steps) if isinstance(grid, Uniform) else FINEST)
-    while spacing > finest and time.perf_counter() < until:
-        around = itertools.takewhile(lambda _: time.perf_counter() < until, _around(best, spacing, duration))
+    while spacing > finest and not over(until):
+        around = itertools.takewhile(lambda _: not over(until), _around(best, spacing, duration))
         best = min(around, key=lambda point: peak_of(least(point), least.settings.circle), default=best)
         spacing /= 2
     return best

@@ -22,8 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrays import Array
-from .branch import descend, halves, inside
+from .branch import halves, inside
 from .certify import out_of_order
+from .descent import descend
 from .errors import SpecError
 from .exact import extremal
 from .moments import ROUNDING, PointMass, impulse

@@ -20,7 +20,7 @@ from .arrays import Array
 from .bracket import Bracket, HoldProblem
 from .circle import Disc, Polygon
 from .moments import PointMass
-from .program import OPTIONS
+from .program import options_of
 
 SMALLEST = 1e-9  # kappa below which there is no answer
 
@@ -65,17 +65,22 @@ class StateProgram:
         """Ask for |vector| <= kappa radius of every row, (m, 2), of scaled vectors."""
         self.constraints.append(cp.SOC(self.kappa * radius * np.ones(vectors.shape[0]), vectors, axis=1))
 
-    def solve(self) -> Bracket:
-        """The upper end and its control [scaled], landed on the equations; without control where there is none."""
+    def solve(self, until: float = math.inf) -> Bracket:
+        """The upper end and its control [scaled], landed on the equations; without control where there is none.
+
+        Args:
+            until: a deadline.
+        """
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 cp.Problem(cp.Maximize(self._share), self.constraints).solve(
-                    solver="CLARABEL", **OPTIONS["CLARABEL CAREFUL"]
+                    solver="CLARABEL", **options_of("CLARABEL CAREFUL", until)
                 )
         except (cp.SolverError, ValueError, ArithmeticError):
             return Bracket()
         if self._v.value is None or self._share.value is None or not self._share.value > SMALLEST:
             return Bracket()
-        upper, control = self._problem.upper(self._v.value / (self._share.value * self._size))
+        with np.errstate(all="ignore"):  # of absurd answers: what comes out not finite is no control
+            upper, control = self._problem.upper(self._v.value / (self._share.value * self._size))
         return Bracket(upper=upper, control=control)

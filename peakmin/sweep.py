@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from .arrays import Array
 from .bracket import Bracket
 from .certify import Proof
+from .deadline import after, over
 from .errors import SpecError
 from .least import LeastPeak
 from .plan import Made, Plan, from_bracket, peak_of
@@ -35,6 +36,7 @@ class Sweep:
     there is none, or the time limit came first;  lower: no control of the settings' circle and grid has a smaller M
     there.
     best: the plan at the winner.
+    asked: how many points were asked for; fewer are done where the time was over before.
     """
 
     maneuver: Maneuver
@@ -43,6 +45,7 @@ class Sweep:
     peak: Array
     lower: Array
     best: Plan
+    asked: int
 
     @property
     def winner(self) -> int:
@@ -64,6 +67,7 @@ class Sweep:
             "peak": [p if np.isfinite(p) else None for p in self.peak.tolist()],
             "lower": self.lower.tolist(),
             "winner": self.winner,
+            "asked": self.asked,
             "best": self.best.document(),
         }
 
@@ -86,6 +90,8 @@ def sweep(
     progress: Progress | None = None,
 ) -> Sweep:
     """The least M at every obstacle time of a sweep (the paper's outer loop): one compilation, then re-solves.
+
+    Ends at the settings' `time_limit` with the times that are done.
 
     Args:
         maneuver: with q walls.
@@ -112,13 +118,17 @@ def sweep(
         points = _given(times, walls)
     points = points.reshape(-1, walls) if walls else np.zeros((1, 0))
     _refuse(points, maneuver)
-    least = LeastPeak(maneuver, settings)
+    until = after(settings.time_limit)
+    least = LeastPeak(maneuver, settings, until=until)
     brackets = []
     until = began + (settings.time_limit or math.inf)
     for done, point in enumerate(points, 1):
         brackets.append(least(point) if done == 1 or time.perf_counter() < until else Bracket())
         if progress:
             progress(done, len(points))
+        if over(until):
+            break
+    asked, points = len(points), points[: len(brackets)]
     unit = least.mass.unit
     peaks = np.array([peak_of(b, settings.circle) for b in brackets]) * unit
     return Sweep(
@@ -128,6 +138,7 @@ def sweep(
         peaks,
         np.array([b.lower for b in brackets]) * unit,
         plan_at(least, points[int(np.argmin(peaks))], began),
+        asked,
     )
 
 

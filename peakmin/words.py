@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from .advice import advice
 from .impossible import impossible
 
 if TYPE_CHECKING:
@@ -45,7 +46,13 @@ def facts(plan: Plan) -> str:
         lines.append(f"  clearance       {plan.clearance:.6g} m at every instant{where}")
     if plan.status != "solved" and plan.trajectory is not None:
         lines += [f"  not kept        {one}" for one in not_kept(plan)]
-    return "\n".join(lines)
+    return "\n".join([*lines, *advised(plan)])
+
+
+def advised(plan: Plan | ArmPlan) -> list[str]:
+    """Of an answer "unknown" what is unknown and what to try."""
+    found = advice(plan)
+    return [f"  {'try' if k else 'unknown':<14}  {one}" for k, one in enumerate(found)]
 
 
 def opening(plan: Plan | ArmPlan, bounded: str) -> list[str]:
@@ -77,6 +84,18 @@ def not_kept(plan: Plan) -> list[str]:
     return out
 
 
+def so_far(plan: Plan | ArmPlan) -> str:
+    """What a search that was stopped has."""
+    if plan.status == "solved":
+        return f"the best plan so far has a peak of {plan.peak:.6g} m/s², {plan.gap:.1e} of it above the bound"
+    return f"no plan so far, and none can have a peak below {plan.lower_bound:.6g} m/s²"
+
+
+def done(sweep: Sweep) -> str:
+    """How far a sweep came."""
+    return f"{len(sweep.peak)} of {sweep.asked} obstacle times are done"
+
+
 def table(sweep: Sweep) -> str:
     times = sweep.obstacle_times.reshape(len(sweep.peak), -1)
     lines = ["  T_obs [s]" + " " * (10 * max(times.shape[1] - 1, 0)) + "   least M [m/s²]   lower end"]
@@ -84,6 +103,8 @@ def table(sweep: Sweep) -> str:
         mark = "  <- least" if i == sweep.winner else ""
         cells = " ".join(f"{t:9.4f}" for t in row) or " " * 9
         lines.append(f"  {cells}   {sweep.peak[i]:14.6f}   {sweep.lower[i]:9.4f}{mark}")
+    if len(sweep.peak) < sweep.asked:
+        lines.append(f"  {done(sweep)}")
     return "\n".join([*lines, describe(sweep.best)])
 
 

@@ -10,13 +10,13 @@ what the links would touch are cut off by half-planes at the nodes where the pat
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Array
 from ..circle import Disc, Polygon
+from ..deadline import over
 from ..grid import Aligned
 from ..moments import PointMass
 from ..spec import Maneuver
@@ -60,9 +60,9 @@ class Steered:
         """[m/s^2]"""
         return self.motion.peak()
 
-    def finer(self, steps: int) -> Steered | None:
-        """The same with so many holds."""
-        course = replace(self.course, steps=steps, until=math.inf)
+    def finer(self, steps: int, until: float = math.inf) -> Steered | None:
+        """The same with so many holds; None where there is none, or the deadline `until` comes before."""
+        course = replace(self.course, steps=steps, until=until)
         return course.around(self.times, resampled(self.motion, course.edges(self.times))) or course.free(self.times)
 
 
@@ -78,7 +78,7 @@ class Course:
     circle: Disc | Polygon
     steps: int
     turn: tuple[int, Array] | None = None
-    until: float = math.inf  # a `time.perf_counter()` after which nothing more is tried
+    until: float = math.inf  # a deadline after which nothing more is tried
 
     @property
     def mass(self) -> PointMass:
@@ -89,7 +89,7 @@ class Course:
         cuts: list[Cut] = []
         size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
         for _ in range(TRIES):
-            if time.perf_counter() > self.until or (motion := self.solve(times, cuts)) is None:
+            if over(self.until) or (motion := self.solve(times, cuts)) is None:
                 return None
             found, short = self._looked_at(motion, times)
             if short <= 0:
@@ -110,7 +110,7 @@ class Course:
         size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
         for _ in range(TRIES):
             cuts = [(k, n, c + room) for k, n, c in self._cuts(first, times, WIDE * size)]
-            if time.perf_counter() > self.until or (motion := self.solve(times, cuts)) is None:
+            if over(self.until) or (motion := self.solve(times, cuts)) is None:
                 return found
             now, short = self._looked_at(motion, times)
             if short > 0:
@@ -182,7 +182,7 @@ class Course:
         base = np.tile((chain.base - mass.origin) / mass.length, (len(nodes), 1))
         program.within(program.position[nodes] - program.kappa * base, chain.reach[1] * (1 - RADIUS) / mass.length)
         program.keep([cut for cut in cuts if inside[cut[0]]])
-        control = program.solve().control
+        control = program.solve(self.until).control
         if control is None:
             return None
         state = self.past.start

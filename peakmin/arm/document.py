@@ -12,8 +12,10 @@ from scipy.interpolate import CubicSpline
 from ..costate import CostateTrajectory
 from ..document import (
     COSTATE_ARRAYS,
+    VERSION,
     array,
     digest,
+    known_plan,
     leaves_of,
     listed_leaves,
     listed_times,
@@ -46,7 +48,7 @@ def of(plan: ArmPlan) -> dict[str, Any]:
         settings=plan.settings,
     )
     data: dict[str, Any] = {
-        "version": 1,
+        "version": VERSION,
         "kind": "arm",
         "status": plan.status,
         "indices": list(plan.indices),
@@ -112,6 +114,7 @@ def read(data: dict[str, Any]) -> ArmPlan:
 
 
 def _plan(data: dict[str, Any]) -> ArmPlan:
+    known_plan(data)
     spec = ArmSpec(**data["spec"])
     workspace = Workspace(spec.asked)
     if data["status"] not in ("solved", "infeasible", "unknown"):

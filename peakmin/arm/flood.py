@@ -8,7 +8,6 @@ cell to neighbour, corners included, and through none that is BLOCKED: where the
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,6 +19,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from ..arrays import Array
+from ..deadline import over
 from .kinematics import unit
 from .polynomial import Polynomial
 from .workspace import BLOCKED, FREE, OPEN, Workspace
@@ -113,14 +113,13 @@ def flood(workspace: Workspace, cells: int = FLOODS[0]) -> Flood:
     return found
 
 
-def settled(workspace: Workspace, ends: list[tuple[tuple[Array, ...], float | None]], until: float) -> Flood:
+def settled(workspace: Workspace, ends: list[tuple[tuple[Array, ...], float | None]], until: float = math.inf) -> Flood:
     """The coarsest flood, of FLOODS, that parts or joins each two configurations, keeping the elbow given with them.
 
-    Args:
-        until: a `time.perf_counter()` after which none finer is made.
+    After the deadline `until` it gets no finer.
     """
     found = flood(workspace)
-    while found.cells < FLOODS[-1] and time.perf_counter() < until:
+    while found.cells < FLOODS[-1] and not over(until):
         if all(found.parts(*one) or found.way(*one) is not None for one in ends):
             break
         found = found.finer()

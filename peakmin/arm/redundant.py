@@ -6,7 +6,9 @@ splines; among them the one is taken that makes  int |q'|^2 dt  least, q the joi
 
 from __future__ import annotations
 
+import math
 import time
+from contextlib import suppress
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -14,6 +16,7 @@ from scipy.optimize import minimize
 
 from ..arrays import Array
 from ..branch import certify
+from ..deadline import OverError, over
 from ..least import LeastPeak
 from ..moments import PointMass
 from ..plan import Made, peak_of
@@ -31,28 +34,30 @@ WEIGHTS = (0.0, 1e2, 1e4)  # of what is not kept, round by round; relative to th
 ROOM = 0.005  # of the arm: a clearance below which it counts as not kept
 
 
-def redundant(workspace: Workspace, settings: Settings, began: float) -> ArmPlan:
+def redundant(workspace: Workspace, settings: Settings, began: float, until: float) -> ArmPlan:
     """The plan of an arm of at least three links; "unknown" where the links cannot be kept clear on this path."""
     passage = passages(workspace)[0]
     mass = PointMass.of(passage.maneuver)
     found = certify(mass, 1e-6)
     proof = ArmProof((PassageProof(passage.indices, None, (), Branch(tuple(found.leaves))),))
-    least = LeastPeak(passage.maneuver, settings)
+    least = LeastPeak(passage.maneuver, settings, until=until)
     bracket, motion = least(np.zeros(0)), least.motion(np.zeros(0))
     path, peak = None, np.inf
     pair = steadiest(workspace.chain, *passage.theta)
     if motion is not None and pair is not None:
         peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
-        path = slowest(
-            workspace, JointPath(workspace.chain, motion, *pair, (), None, passage.theta[0]), passage.theta[1]
-        )
+        first = JointPath(workspace.chain, motion, *pair, (), None, passage.theta[0])
+        path = slowest(workspace, first, passage.theta[1], until)
     made = Made(settings.solver, least.count.compilations, least.count.solves, found.nodes, time.perf_counter() - began)
     bound = proof.bound(workspace.maneuver)
     return finished(workspace, passage, settings, passage.maneuver, np.zeros(0), path, float(peak), proof, bound, made)
 
 
-def slowest(workspace: Workspace, path: JointPath, goal: Array) -> JointPath:
-    """The path with the free angles of least int |q'|^2 dt that keeps clear, to the goal's absolute angles (n,)."""
+def slowest(workspace: Workspace, path: JointPath, goal: Array, until: float = math.inf) -> JointPath:
+    """The path with the free angles of least int |q'|^2 dt that keeps clear, to the goal's absolute angles (n,).
+
+    At the deadline `until` the best that was met is taken.
+    """
     rest, margin = path.rest, workspace.maneuver.margin
     first, last = path.start[rest], goal[rest]
     knots = np.linspace(0, path.duration, KNOTS + 2)
@@ -65,7 +70,12 @@ def slowest(workspace: Workspace, path: JointPath, goal: Array) -> JointPath:
         spline = CubicSpline(knots, values, bc_type="clamped")
         return JointPath(path.chain, path.motion, path.pair, path.elbow, (), spline, path.start)
 
+    best: tuple[float, Array]
+
     def cost(x: Array, weight: float) -> float:
+        nonlocal best
+        if over(until):
+            raise OverError
         trial = through(x)
         rho = np.hypot(*np.moveaxis(trial.left(t), -1, 0))
         short = np.maximum(np.maximum(rho - pair.outer, pair.inner - rho) + ROOM * size, 0.0)
@@ -76,9 +86,16 @@ def slowest(workspace: Workspace, path: JointPath, goal: Array) -> JointPath:
         if weight and workspace.maneuver.obstacles:
             near = margin + ROOM * size - np.min(workspace.clearance(theta), axis=-1)
             short = short + np.maximum(near, 0.0)
-        return energy + scale * (1e3 + weight) * float(np.mean((short / size) ** 2)) * 1e2
+        found = energy + scale * (1e3 + weight) * float(np.mean((short / size) ** 2)) * 1e2
+        best = min(best, (found, x.copy()), key=lambda one: one[0])
+        return found
 
     x = (first + np.linspace(0, 1, KNOTS + 2)[1:-1, None] * (last - first)).ravel()
     for weight in WEIGHTS if workspace.maneuver.obstacles else WEIGHTS[:1]:
-        x = minimize(cost, x, args=(weight,), method="L-BFGS-B", options={"maxiter": 60}).x
+        best = math.inf, x
+        with suppress(OverError):
+            x = minimize(cost, x, args=(weight,), method="L-BFGS-B", options={"maxiter": 60}).x
+            continue
+        x = best[1]
+        break
     return through(x)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-import time
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..branch import Certificate, certify
+from ..deadline import over
 from ..moments import PointMass
 from ..progress import Progress
 from ..spec import Maneuver
@@ -72,14 +72,15 @@ class _Arc:
 class ArmSearch:
     """The search over all passages of one maneuver of a two-link arm."""
 
-    def __init__(self, workspace: Workspace, gap: float) -> None:
+    def __init__(self, workspace: Workspace, gap: float, node_limit: int, until: float = math.inf) -> None:
         self.workspace, self.gap = workspace, gap
+        self._boxes, self._until = node_limit, until
         self.boxes = self.rounds = 0
         self.best: Candidate | None = None
         self.steered: Steered | None = None
         self.turned: Steered | None = None
         self._flood: Flood | None = None
-        self._most, self._until = 0, math.inf
+        self._most = 0
         self._progress: Progress | None = None
 
     @property
@@ -92,14 +93,13 @@ class ArmSearch:
         """A bound [m/s^2] above which nothing more is asked: of the best motion, or a no to max_peak."""
         return min((1 - self.gap) * self.upper, (self.workspace.maneuver.max_peak or math.inf) * (1 + 1e-9))
 
-    def run(self, rounds: int, time_limit: float, progress: Progress | None = None) -> Found:
-        """Search until the gap is reached or comes down no more, or for so many rounds and seconds."""
-        self._until, self._most, self._progress = time.perf_counter() + time_limit, rounds, progress
+    def run(self, rounds: int, progress: Progress | None = None) -> Found:
+        """Search until the gap is reached or comes down no more, or for so many rounds, boxes and seconds."""
+        self._most, self._progress = rounds, progress
         every = passages(self.workspace)
         if self.workspace.maneuver.obstacles:
-            self._flood = settled(
-                self.workspace, [(one.theta, one.elbow if one.keeps else None) for one in every], self._until
-            )
+            ends = [(one.theta, one.elbow if one.keeps else None) for one in every]
+            self._flood = settled(self.workspace, ends, self._until)
         every, flooded = [one for one in every if self._joined(one)], len(every)
         parted = len(every) < flooded or any(one.keeps and not self._joined(one, one.elbow) for one in every)
         trees = {
@@ -157,17 +157,21 @@ class ArmSearch:
         return passage.whole if self._alone(passage) else passage
 
     def _over(self) -> bool:
-        return self.rounds >= self._most or time.perf_counter() > self._until
+        return self.rounds >= self._most or self._late
+
+    @property
+    def _late(self) -> bool:
+        return self.boxes >= self._boxes or over(self._until)
 
     def _certify(self, past: Maneuver, boxes: int, start: Array | None = None, enough: float = math.inf) -> Certificate:
         """The least peak past walls, or a bound of `enough` [m/s^2], to no smaller gap than paths can keep."""
         self.rounds += 1
-        left = max(self._until - time.perf_counter(), 0.0)
         mass, gap = PointMass.of(past), max(self.gap, FINEST_GAP) / 4
         # more than max_peak is enough to say no; once the time is over any bound is
         limit = (self.workspace.maneuver.max_peak or math.inf) * (1 + 1e-6)
-        level = min(enough, self.upper, limit) / mass.unit if left > 0 else 0.0
-        found = certify(mass, gap, node_limit=boxes, time_limit=left, start=start, enough=level)
+        level = min(enough, self.upper, limit) / mass.unit if not self._late else 0.0
+        boxes = max(min(boxes, self._boxes - self.boxes), 1)
+        found = certify(mass, gap, node_limit=boxes, until=self._until, start=start, enough=level)
         self.boxes += found.nodes
         if self._progress:
             self._progress(self.rounds, self._most)
@@ -200,7 +204,7 @@ class ArmSearch:
         for k in range(len(arcs), len(arcs) + 2 * SPLITS, 2):
             bound, _, arc = heap[0]
             a, b = arc.proof.arc
-            if bound >= self.enough or b - a < NARROW or time.perf_counter() > self._until:
+            if bound >= self.enough or b - a < NARROW or self._late:
                 break
             stalled, left = (0, now) if (now := 1 - bound / self.upper) < WORTH * left else (stalled + 1, left)
             if stalled >= PATIENCE:
@@ -218,7 +222,7 @@ class ArmSearch:
             self.turned = found
         tries = {"outer": 0, "inner": 0}
         for arc in sorted(arcs, key=lambda arc: arc.bound):
-            if arc.bound >= self.enough or time.perf_counter() > self._until:
+            if arc.bound >= self.enough or self._late:
                 return
             point = arc.proof.edge == "inner" and self.workspace.chain.reach[0] == 0
             if not arc.past.walls or point or tries[arc.proof.edge] >= MOST_TURNS:

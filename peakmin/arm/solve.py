@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..deadline import after, over, part
 from ..frame import Frame
 from ..least import LeastPeak
 from ..plan import Made, peak_of
@@ -37,14 +38,16 @@ def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress:
     """
     settings = settings or Settings()
     check_arm(maneuver, settings)
-    began, workspace = time.perf_counter(), Workspace(maneuver)
+    began, until, workspace = time.perf_counter(), after(settings.time_limit), Workspace(maneuver)
     assert isinstance(settings.search, GlobalSearch)
     if workspace.chain.links > 2:
-        return redundant(workspace, settings, began)
-    search = ArmSearch(workspace, settings.search.gap)
-    found = search.run(settings.rounds, settings.time_limit or math.inf, progress)
-    plans = [_kept(workspace, settings, found, began)]
-    plans += [_steered(workspace, settings, found, one, began) for one in (found.steered, found.turned)]
+        return redundant(workspace, settings, began, until)
+    from .. import program  # noqa: F401  cvxpy takes a second to import, which is the search's
+
+    search = ArmSearch(workspace, settings.search.gap, settings.node_limit, part(until))
+    found = search.run(settings.rounds, progress)
+    plans = [_kept(workspace, settings, found, began, until)]
+    plans += [_steered(workspace, settings, found, one, began, until) for one in (found.steered, found.turned)]
     made = [plan for plan in plans if plan is not None]
     if made:
         return min(made, key=lambda plan: (plan.status != "solved", plan.peak))
@@ -66,7 +69,7 @@ def _made(settings: Settings, found: Found, began: float, least: LeastPeak | Non
     )
 
 
-def _kept(workspace: Workspace, settings: Settings, found: Found, began: float) -> ArmPlan | None:
+def _kept(workspace: Workspace, settings: Settings, found: Found, began: float, until: float) -> ArmPlan | None:
     """The settings' control along the best order of gaps, these narrowed until it is free; None where there is none."""
     best: Candidate | None = found.best or found.nearest
     if best is None:
@@ -74,7 +77,7 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float) 
     passage, past, lift = best.passage, best.past, best.lift
     plan: ArmPlan | None = None
     for _ in range(LIFTS if found.best else 1):
-        least = LeastPeak(past, settings)
+        least = LeastPeak(past, settings, until=until)
         times = best.times * past.duration
         bracket, motion = least(times), least.motion(times)
         if motion is None:
@@ -97,7 +100,7 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float) 
         if plan.clear is None:
             return plan
         short = plan.clear.short(workspace.maneuver, workspace.size)
-        if plan.status == "solved" or not short > 0 or not best.paths:
+        if plan.status == "solved" or not short > 0 or not best.paths or over(until):
             break
         lift += max(1.3 * short, FIRST_LIFT * workspace.size)
         raised = passage.past(best.paths, lift)
@@ -108,13 +111,13 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float) 
 
 
 def _steered(
-    workspace: Workspace, settings: Settings, found: Found, one: Steered | None, began: float
+    workspace: Workspace, settings: Settings, found: Found, one: Steered | None, began: float, until: float
 ) -> ArmPlan | None:
     """The settings' control of a motion that is kept out of everything node by node; None where there is none."""
     if one is None:
         return None
     course = replace(one.course, circle=settings.circle.facing(Frame.from_maneuver(one.course.past).angle))
-    fine = replace(one, course=course).finer(settings.grid.steps) or one
+    fine = replace(one, course=course).finer(settings.grid.steps, until) or one
     at, made = fine.times * course.past.duration, _made(settings, found, began)
     return finished(
         workspace, course.passage, settings, course.past, at, fine.joints, fine.peak, found.proof, found.bound, made

@@ -10,7 +10,7 @@ from typing import Any
 from .. import files
 from ..errors import PeakminError
 from ..progress import Progress
-from ..words import opening
+from ..words import advised, opening
 from .compare import Row
 from .maneuver import ArmSpec
 from .plan import ArmPlan
@@ -49,7 +49,7 @@ def facts(plan: ArmPlan) -> str:
         lines.append("  closed          obstacles and reach leave no way from start to goal (proved)")
     elif plan.joints is None:
         lines.append("  no free motion was found; the bound holds all the same")
-    return "\n".join(lines)
+    return "\n".join([*lines, *advised(plan)])
 
 
 def write(plan: ArmPlan, out: Path, gif: bool = True) -> None:

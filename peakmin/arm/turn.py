@@ -6,7 +6,7 @@ The place on the edge and the instant are free; at given ones the least peak is 
 from __future__ import annotations
 
 import math
-import time
+from contextlib import suppress
 
 import numpy as np
 from scipy.optimize import minimize
@@ -14,6 +14,7 @@ from scipy.optimize import minimize
 from ..arrays import Array
 from ..branch import Certificate
 from ..circle import Disc
+from ..deadline import OverError, over
 from ..moments import PointMass
 from ..obstacles import Wall
 from ..spec import Maneuver
@@ -40,7 +41,7 @@ def turn_on(
 
     Args:
         edge: which edge is touched.
-        until: a `time.perf_counter()` after which nothing more is tried.
+        until: a deadline after which nothing more is tried.
         found, past: the optimum that only comes in over the arc's chord or tangent.
     """
     if not len(found.times):
@@ -51,7 +52,9 @@ def turn_on(
     best: list[tuple[float, Array]] = []
 
     def value(x: Array) -> float:
-        if not ROOM < x[0] < 1 - ROOM or time.perf_counter() > until:
+        if over(until):
+            raise OverError
+        if not ROOM < x[0] < 1 - ROOM:
             return 1e9
         motion = _course(passage, edge, float(x[1]), until).solve(x[:1], [])
         if motion is None:
@@ -62,7 +65,8 @@ def turn_on(
     simplex = began + np.array([[0.0, 0.0], [0.06, 0.0], [0.0, 0.12]])
     simplex[:, 0] = np.clip(simplex[:, 0], 2 * ROOM, 1 - 2 * ROOM)
     options = {"initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-6, "maxfev": MOST_TRIALS}
-    minimize(value, simplex[0], method="Nelder-Mead", options=options)
+    with suppress(OverError):
+        minimize(value, simplex[0], method="Nelder-Mead", options=options)
     least = min((peak for peak, _ in best), default=math.inf)
     made: list[Steered] = []
     tried: list[Array] = []

@@ -1,0 +1,66 @@
+"""Of an answer "unknown": what is unknown, and what to try."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .circle import Disc
+from .obstacles import Block
+from .spec import SOLVERS, Direct, Exact, GlobalSearch, Settings
+
+if TYPE_CHECKING:
+    from .arm.plan import ArmPlan
+    from .plan import Plan
+
+NEARLY = 0.9  # of a limit: what took so much of it was stopped by it
+
+
+def advice(plan: Plan | ArmPlan) -> list[str]:
+    """First what is unknown, then what to try, a line each; nothing for other answers."""
+    if plan.status != "unknown":
+        return []
+    limit, bound = plan.maneuver.max_peak, f"{plan.lower_bound:.6g} m/s²"
+    where = "" if plan.scope == "all" else " at these obstacle times"
+    if plan.trajectory is None:
+        what = f"whether there is a control and how small its peak is{where}: none was found; none is below {bound}"
+        return [what, *_more_time(plan), *_other_program(plan.settings), *_all_times(plan)]
+    if limit is not None and plan.peak > limit:
+        what = f"whether a peak of {limit:.6g} m/s² (max_peak) can be kept{where}: this path has {plan.peak:.6g}"
+        return [f"{what}, none is below {bound}", *_more_time(plan), *_finer(plan), *_all_times(plan)]
+    what = f"whether a path keeps all that was asked, and at what peak: this one does not; none is below {bound}"
+    return [what, *_more_time(plan), *_finer(plan)]
+
+
+def _more_time(plan: Plan | ArmPlan) -> list[str]:
+    """Limits that the search came to."""
+    settings, made, out = plan.settings, plan.made, []
+    if settings.time_limit is not None and made.seconds >= NEARLY * settings.time_limit:
+        out.append(f"a larger time_limit: {settings.time_limit:g} s were used up")
+    if made.nodes >= NEARLY * settings.node_limit:
+        out.append(f"a larger node_limit: {settings.node_limit} boxes were used up")
+    return out
+
+
+def _other_program(settings: Settings) -> list[str]:
+    """What else can be asked for a control."""
+    others = [name for name in SOLVERS[settings.circle.kind] if name != settings.solver]
+    out = [f"another solver: {' or '.join(others)} in place of {settings.solver}"]
+    if not isinstance(settings.method, Direct):
+        out.append(f"method direct, in place of {settings.method.kind}")
+    return [*out, f"another number of steps: {settings.grid.steps} now"]
+
+
+def _finer(plan: Plan | ArmPlan) -> list[str]:
+    """What a path that is better by a little may need."""
+    settings = plan.settings
+    out = [f"more steps: {2 * settings.grid.steps} in place of {settings.grid.steps}"]
+    if isinstance(settings.circle, Disc) and not isinstance(settings.method, Exact):
+        out.append("method exact, in continuous time")
+    if any(isinstance(one, Block) for one in plan.maneuver.obstacles):
+        out.append(f"more rounds: {2 * settings.rounds} in place of {settings.rounds}")
+    return out
+
+
+def _all_times(plan: Plan | ArmPlan) -> list[str]:
+    """Whether other obstacle times are left to look at."""
+    return [] if isinstance(plan.settings.search, GlobalSearch) else ["search global, over all obstacle times"]
