@@ -45,7 +45,9 @@ def solve_command(
     spec: SpecFile,
     as_json: Json = False,
     out: Out = None,
-    gif: Annotated[bool, typer.Option(help="With --out, animate an arm (takes some seconds).")] = True,
+    gif: Annotated[
+        bool | None, typer.Option("--gif/--no-gif", help="With --out, animate the plan; default: an arm's only.")
+    ] = None,
 ) -> None:
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
     asked = api.read_spec(spec)
@@ -54,7 +56,7 @@ def solve_command(
         with _progress("solve") as progress:
             plan = api.solve(asked.maneuver, asked.settings, progress=progress)
         if out:
-            _write_plan(plan, out)
+            _write_plan(plan, out, bool(gif))
         print(plan.to_json(indent=2) if as_json else words.describe(plan))
         raise typer.Exit(EXIT[plan.status])
     from .arm import terminal
@@ -63,7 +65,7 @@ def solve_command(
         arm_plan = api.solve(asked.asked, asked.settings, progress=progress)
     if out:
         _headless()
-        terminal.write(arm_plan, out, gif)
+        terminal.write(arm_plan, out, gif is not False)
     print(arm_plan.to_json(indent=2) if as_json else terminal.describe(arm_plan))
     raise typer.Exit(EXIT[arm_plan.status])
 
@@ -221,11 +223,15 @@ def schema_command(
         print(json.dumps(schema(), indent=2))
 
 
-def _write_plan(plan: Plan, out: Path) -> None:
+def _write_plan(plan: Plan, out: Path, gif: bool = False) -> None:
     files.write(out / "plan.json", plan.to_json(indent=2) + "\n")
     if plan.trajectory is not None:
         files.write(out / "plan.csv", plan.to_csv())
         _save(out / "plan.png", plan)
+        if gif:
+            from .plots import animate
+
+            files.write(out / "plan.gif", animate(plan))
 
 
 def _save(path: Path, thing: Plan | Sweep | ErrorBudget) -> None:
