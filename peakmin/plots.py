@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from .sweep import Sweep
 
 __all__ = [
+    "BLACK",
+    "BLUE",
+    "ORANGE",
     "STYLE",
     "WALL",
     "animate",
@@ -146,7 +149,7 @@ def peak_over_time(sweep: Sweep, ax: Axes | None = None, label: str | None = Non
     if peak > 0 and np.max(sweep.peak[known]) > 20 * peak:
         ax.set_yscale("log")
     ax.set(xlabel="$T_{obs}$ [s]", ylabel="least M [m/s²]")
-    ax.legend()
+    ax.legend(**BELOW)
     return ax
 
 

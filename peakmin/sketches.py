@@ -46,13 +46,13 @@ def problem(maneuver: Maneuver, ax: Axes | None = None) -> Axes:
 def flowchart(ax: Axes | None = None) -> Axes:
     """The two loops: bisection on M inside, obstacle times outside (figure 2)."""
     ax = axes_of(ax)
-    ax.set(xlim=(0, 11.6), ylim=(0.2, 12))
+    ax.set(xlim=(0.1, 11.8), ylim=(0.2, 12))
     ax.set_axis_off()
     for x, y, words, shade in (
         (4.5, 11.4, "first $T_{obs}$", "white"),
         (4.5, 9.8, "bracket $[M_{left}, M_{right}]$", "white"),
         (4.5, 8.2, "$M = (M_{left} + M_{right})/2$", "white"),
-        (4.5, 6.4, "linear program:\nany control within $M$?", "#dcdcdc"),
+        (4.5, 6.4, "LP: a control within $M$?", "#dcdcdc"),
         (2.5, 4.5, "yes: $M_{right} = M$", "white"),
         (6.5, 4.5, "no: $M_{left} = M$", "white"),
         (4.5, 2.7, "bracket narrow enough?", "#dcdcdc"),
@@ -72,17 +72,18 @@ def flowchart(ax: Axes | None = None) -> Axes:
         ([(2.5, 4.5), (3.8, 2.7 + HIGH)], ""),
         ([(6.5, 4.5), (5.2, 2.7 + HIGH)], ""),
         ([(4.5 - WIDE, 2.7), (0.3, 2.7), (0.3, 8.2), (4.5 - WIDE, 8.2)], "no"),
-        ([(4.5, 2.5), (4.5, 0.9 + HIGH)], "yes"),
+        ([(4.5, 2.7 - HIGH), (4.5, 0.9 + HIGH)], "yes"),
         ([(4.5 + WIDE, 0.9), (9.7 - WIDE, 0.9)], "yes"),
-        ([(5.5, 1.0), (7.3, 1.9), (9.7, 1.9), (9.7, 6.4 - HIGH)], "no"),
+        ([(4.5 + WIDE, 1.35), (9.7, 2.4), (9.7, 6.4 - HIGH)], "no"),
         ([(9.7, 6.4), (9.7, 9.8), (4.5 + WIDE, 9.8)], ""),
     ):
         ax.plot(*np.transpose(line), color=BLACK, linestyle="-", linewidth=1.2, zorder=1)
         head: Any = {"arrowstyle": "-|>", "color": BLACK, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", line[-1], line[-2], arrowprops=head, zorder=1)
         if word:
-            x, y = line[1] if len(line) > 2 else np.mean(line, axis=0)
-            ax.text(x + 0.12, y + 0.12, word, fontsize="small")
+            (x, y), upright = np.mean(line[:2], axis=0), line[0][0] == line[1][0]
+            place: Any = {"ha": "left", "va": "center"} if upright else {"ha": "center", "va": "bottom"}
+            ax.text(x + 0.12 * upright, y + 0.2 * (not upright), word, fontsize="small", **place)
     return ax
 
 

@@ -147,7 +147,7 @@ def peak_over_time(plan: ArmPlan, ax: Axes | None = None, count: int = 60) -> Ax
     bound = f"lower bound of all motions: {plan.lower_bound:.6g} m/s²"
     ax.axhline(plan.lower_bound, color=BLACK, linestyle=":", label=bound)
     ax.set(xlabel="$T_{obs}$ [s]", ylabel="least M [m/s²]", ylim=(0, min(float(np.max(least)), 6 * plan.peak)))
-    ax.legend()
+    ax.legend(**BELOW)
     return ax
 
 
