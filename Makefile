@@ -2,13 +2,19 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: paper test proofs fuzz bench lint clean
+.PHONY: paper test notebooks proofs fuzz bench lint clean
 
 paper: .venv/installed
 	$(BIN)/peakmin paper --out out
 
+# the notebooks are run in copies; tests/test_notebooks.py holds these against what is committed
 test: .venv/installed lint
+	rm -rf out/notebooks && mkdir -p out && cp -r notebooks out/
+	$(BIN)/pytest -n 2 -p no:benchmark --nbmake --overwrite out/notebooks
 	$(BIN)/pytest -n 2 -p no:benchmark
+
+notebooks: .venv/installed
+	$(BIN)/python notebooks/remake.py notebooks/*.ipynb
 
 lint: .venv/installed
 	$(BIN)/ruff check .

@@ -45,7 +45,9 @@ def solve_command(
     spec: SpecFile,
     as_json: Json = False,
     out: Out = None,
-    gif: Annotated[bool, typer.Option(help="With --out, animate an arm (takes some seconds).")] = True,
+    gif: Annotated[
+        bool | None, typer.Option("--gif/--no-gif", help="With --out, animate the plan; default: an arm's only.")
+    ] = None,
 ) -> None:
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
     asked = api.read_spec(spec)
@@ -54,7 +56,7 @@ def solve_command(
         with ended_by_interrupt() as stopped, output.bar("solve") as progress:
             plan = api.solve(asked.maneuver, asked.settings, progress=progress)
         if out:
-            output.write_plan(plan, out)
+            output.write_plan(plan, out, bool(gif))
         print(plan.to_json(indent=2) if as_json else words.describe(plan))
         _say_why(plan, as_json, stopped)
         _end(plan.status, stopped, words.so_far(plan))
@@ -64,7 +66,7 @@ def solve_command(
         arm_plan = api.solve(asked.asked, asked.settings, progress=progress)
     if out:
         output.headless()
-        terminal.write(arm_plan, out, gif)
+        terminal.write(arm_plan, out, gif is not False)
     print(arm_plan.to_json(indent=2) if as_json else terminal.describe(arm_plan))
     _say_why(arm_plan, as_json, stopped)
     _end(arm_plan.status, stopped, words.so_far(arm_plan))

@@ -11,9 +11,9 @@ from matplotlib.colors import LogNorm
 
 from .errors import SpecError
 from .least import LeastPeak
-from .plots import BELOW, BLACK, ORANGE, axes_of
 from .search import solve
 from .spec import Exact, Maneuver, Settings, walls_only
+from .style import BELOW, BLACK, ORANGE, axes_of
 
 DEPTH = 4.0  # times the least peak at which the colours end
 

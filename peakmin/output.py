@@ -17,11 +17,15 @@ if TYPE_CHECKING:
     from .sweep import Sweep
 
 
-def write_plan(plan: Plan, out: Path) -> None:
+def write_plan(plan: Plan, out: Path, gif: bool = False) -> None:
     files.write(out / "plan.json", plan.to_json(indent=2) + "\n")
     if plan.trajectory is not None:
         files.write(out / "plan.csv", plan.to_csv())
         save(out / "plan.png", plan)
+        if gif:
+            from .plots import animate
+
+            files.write(out / "plan.gif", animate(plan))
 
 
 def save(path: Path, thing: Plan | Sweep | ErrorBudget) -> None:

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import io
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,11 +20,16 @@ from . import files
 from .arrays import Array
 from .circle import Disc, Polygon
 from .grid import Uniform
-from .obstacles import Wall
+from .obstacles import Block, Wall
 from .plan import Plan
 from .progress import Progress
 from .spec import Bisection, Maneuver, Settings, State, SweepSearch
 from .sweep import Sweep, sweep
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .arm.maneuver import ArmManeuver
 
 STEP = 1 / 200  # [s] between the paper's nodes
 HOLDS = 199
@@ -50,6 +56,25 @@ TWO_LINK = Maneuver(  # the two-link manipulator in the space of its centre of m
     duration=5.0,
     obstacles=(Wall(tip=(2.82, 1.3), contact="touch"),),
 )
+TABLE = (5.478, -0.306)  # [m] where the tip is when the centre of mass stands at the wall's tip
+BOX = 7.05  # [m] its left side: the goal is 1 cm before it
+
+
+def two_link_task() -> ArmManeuver:
+    """The two-link manipulator in its workspace (figure 4): from below the table to the box that stands on it."""
+    from .arm.maneuver import ArmManeuver
+    from .arm.spec import Arm, Link, Pose
+
+    edge, top = TABLE
+    box = [(BOX, top), (BOX + 0.85, top), (BOX + 0.85, 0.53), (BOX, 0.53)]
+    table = [(edge, top), (8.4, top), (8.4, top - 0.294), (edge, top - 0.294)]
+    return ArmManeuver(
+        arm=Arm(links=(Link(length=4.0, mass=0.5, com=2.0),) * 2),
+        start=Pose(tip=(2.22, -2.693), elbow="up"),
+        goal=Pose(tip=(7.0394, 0.5228), elbow="up"),
+        duration=5.0,
+        obstacles=(Block(vertices=tuple(table)), Block(vertices=tuple(box))),
+    )
 
 
 @dataclass(frozen=True)
@@ -175,53 +200,54 @@ def text(paper: Paper) -> str:
 
 
 def figures(paper: Paper, folder: str | Path) -> list[Path]:
-    """Pictures like the paper's figures 3, 5, 6, 7, 8 and 11 as PNG; the files written."""
+    """Pictures like the paper's figures 1 to 11 as PNG; the files written."""
     import matplotlib.pyplot as plt
 
     from . import plots
+    from .api import solve
 
     made: list[Path] = []
+    task = two_link_task()
+    arm = solve(task)
 
-    def save(name: str, rows: int, columns: int, size: tuple[float, float]) -> Any:
-        figure, axes = plt.subplots(rows, columns, figsize=size, squeeze=False)
-        made.append(Path(folder) / name)
-        return figure, axes
-
-    def close(figure: Any) -> None:
+    def save(name: str, draw: Callable[..., Any], rows: int, columns: int, size: tuple[float, float]) -> None:
+        with plt.rc_context(plots.STYLE):
+            figure, axes = plt.subplots(rows, columns, figsize=size, squeeze=False)
+            draw(*axes.ravel())
         buffer = io.BytesIO()
         figure.savefig(buffer, format="png", metadata={"Software": None})
         plt.close(figure)
+        made.append(Path(folder) / f"figure_{name}.png")
         files.write(made[-1], buffer.getvalue())
 
-    n = [row.segments for row in paper.rows]
-    with plt.rc_context(plots.STYLE):
-        figure, axes = save("figure_03_circle.png", 1, 1, (4.5, 4.5))
-        plots.circle_approximation(Polygon(segments=5), ax=axes[0, 0])
-        close(figure)
-        figure, axes = save("figure_05_control.png", 3, 2, (9, 7.5))
-        for panels, segments in zip(axes, (1, 3, 5), strict=True):
-            for axis in (0, 1):
-                plots.control(paper.least[segments - 1], axis, ax=panels[axis])
-                panels[axis].set_title(f"n = {segments}", fontsize="medium")
-        close(figure)
-        figure, axes = save("figure_06_over_n.png", 1, 3, (12, 3.8))
-        plots.over_segments(n, [r.peak for r in paper.rows], "least M [m/s²]", axes[0, 0], paper.disc.peak)
-        plots.over_segments(n, [r.obstacle_time for r in paper.rows], "$T_{obs}$ [s]", axes[0, 1])
-        axes[0, 1].set_ylim(0, GENERAL.duration)
-        for axis, mark in ((0, "o"), (1, "s")):
-            axes[0, 2].semilogy(n[1:], paper.differences[:, axis], marker=mark, label=f"$\\Delta u_{'xy'[axis]}$")
-        axes[0, 2].set(xlabel="segments per quadrant n", ylabel="squared difference to n-1 [m²/s⁴]", xticks=n[1:])
-        axes[0, 2].legend()
-        close(figure)
-        figure, axes = save("figure_07_two_link_peak.png", 1, 1, (6, 4))
-        plots.peak_over_time(paper.two_link, ax=axes[0, 0])
-        close(figure)
-        figure, axes = save("figure_08_two_link_control.png", 1, 3, (13, 4))
-        for axis in (0, 1):
-            plots.control(paper.two_link.best, axis, ax=axes[0, axis])
-        plots.path(paper.two_link.best, ax=axes[0, 2])
-        close(figure)
-        figure, axes = save("figure_11_circle_error.png", 1, 1, (6, 4))
-        plots.circle_error(ax=axes[0, 0])
-        close(figure)
+    def control(*panels: Axes) -> None:
+        for k, ax in enumerate(panels):
+            segments = (1, 3, 5)[k // 2]
+            plots.control(paper.least[segments - 1], k % 2, ax=ax, label=f"n = {segments}")
+            plots.control(paper.disc, k % 2, ax=ax, label="disc", dashes="--")
+            ax.legend(loc=("upper right", "upper center")[k % 2])
+
+    def over_n(peak: Axes, time: Axes, difference: Axes) -> None:
+        n = [row.segments for row in paper.rows]
+        plots.over_segments(n, [row.peak for row in paper.rows], "least M [m/s²]", peak, paper.disc.peak)
+        plots.over_segments(n, [row.obstacle_time for row in paper.rows], "$T_{obs}$ [s]", time)
+        time.set_ylim(0, GENERAL.duration)
+        plots.control_differences(n[1:], paper.differences, difference)
+
+    def two_link(x: Axes, y: Axes, way: Axes) -> None:
+        for axis, ax in enumerate((x, y)):
+            plots.control(paper.two_link.best, axis, ax=ax)
+        plots.path(paper.two_link.best, ax=way)
+
+    save("01_problem", lambda ax: plots.problem(GENERAL, ax), 1, 1, (6, 4.5))
+    save("02_flowchart", plots.flowchart, 1, 1, (6.5, 6.5))
+    save("03_circle", lambda ax: plots.circle_approximation(Polygon(segments=5), ax), 1, 1, (4.5, 4.5))
+    save("04_two_link_task", lambda ax: plots.task(task, ax), 1, 1, (7, 6))
+    save("05_control", control, 3, 2, (9, 7.5))
+    save("06_over_n", over_n, 1, 3, (13, 3.8))
+    save("07_two_link_peak", lambda ax: plots.peak_over_time(paper.two_link, ax), 1, 1, (6, 4))
+    save("08_two_link_control", two_link, 1, 3, (13, 4))
+    save("09_two_link_poses", lambda ax: plots.poses(arm, ax), 1, 1, (7, 6))
+    save("10_two_link_angles", lambda ax: plots.joint_angles(arm, ax), 1, 1, (7, 4.5))
+    save("11_circle_error", lambda ax: plots.circle_error(ax=ax), 1, 1, (6, 4))
     return made

@@ -1,6 +1,8 @@
 """Pictures in one style: readable in grey and by the colour-blind, units on every axis.
 
-Every function takes `ax=` and returns the axes it drew on.
+Every function takes `ax=` and returns the axes it drew on. The paper's figures 1 to 11 are, in order, `problem`,
+`flowchart`, `circle_approximation`, `task`, `control`, `over_segments` with `control_differences`, `peak_over_time`,
+`control` with `path`, `poses`, `joint_angles` and `circle_error`.
 """
 
 from __future__ import annotations
@@ -10,96 +12,68 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.quiver import Quiver
 from numpy.typing import ArrayLike
 
+from .arm.plots import base_force, joint_angles, poses, task
 from .arrays import Array
-from .circle import Polygon
+from .plan import Plan
+from .scenery import ends, obstacles, show, view
+from .sketches import circle_approximation, circle_error, flowchart, problem
+from .style import BELOW, BLACK, BLUE, FRAMES, GREEN, ORANGE, PINK, RED, STYLE, WALL, axes_of, gif, peak_and_bound
 from .trajectory import HoldTrajectory
 
 if TYPE_CHECKING:
+    from .arm.plan import ArmPlan
     from .budget import ErrorBudget
-    from .obstacles import Wall
-    from .plan import Plan
     from .sweep import Sweep
 
-# Okabe and Ito's colours in an order whose lightness differs too; dashes tell the lines apart in grey.
-BLUE, ORANGE, GREEN, PINK, BLACK, RED = "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#D55E00"
-STYLE: Any = {  # matplotlib's rc parameters
-    "axes.prop_cycle": cycler(color=[BLUE, ORANGE, BLACK, GREEN, PINK], linestyle=["-", "--", "-.", ":", (0, (5, 1))]),
-    "axes.grid": True,
-    "grid.color": "#dddddd",
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "legend.frameon": False,
-    "font.size": 10,
-    "figure.constrained_layout.use": True,
-    "savefig.dpi": 150,
-}
-WALL: Any = {"color": "#555555", "linewidth": 4, "linestyle": "-", "solid_capstyle": "butt", "zorder": 3}
-LINE: Any = {"color": BLACK, "linewidth": 1.4, "linestyle": ":", "zorder": 3}
-BLOCK: Any = {"facecolor": "#d0d0d0", "edgecolor": "#333333", "linewidth": 1.2, "linestyle": "-", "zorder": 2}
-BELOW: Any = {  # a legend under the axes, at a distance in units of its letters: clear of the ticks and the label
-    "fontsize": "small",
-    "loc": "upper center",
-    "bbox_to_anchor": (0.5, 0),
-    "borderaxespad": 4.8,
-    "frameon": False,
-}
+__all__ = [
+    "BLACK",
+    "BLUE",
+    "ORANGE",
+    "STYLE",
+    "WALL",
+    "animate",
+    "base_force",
+    "budget",
+    "circle_approximation",
+    "circle_error",
+    "control",
+    "control_differences",
+    "control_size",
+    "flowchart",
+    "joint_angles",
+    "over_segments",
+    "overview",
+    "path",
+    "peak_over_time",
+    "poses",
+    "problem",
+    "task",
+]
 
 
-def axes_of(ax: Axes | None) -> Axes:
-    if ax is not None:
-        return ax
-    with plt.rc_context(STYLE):
-        return plt.subplots()[1]
-
-
-def circle_approximation(polygon: Polygon, ax: Axes | None = None) -> Axes:
-    """One quadrant of the circle and its polygon for M = 1 (the paper's figure 3)."""
-    ax = axes_of(ax)
-    angle = np.linspace(0, np.pi / 2, 200)
-    ax.plot(np.cos(angle), np.sin(angle), color=ORANGE, linestyle="--", label="circle")
-    corners = polygon.vertices[: polygon.segments + 1]
-    ax.plot(*corners.T, color=BLUE, marker="o", markersize=4, linestyle="-", label=f"n = {polygon.segments}")
-    ax.set(aspect="equal", xlabel="$u_x/M$", ylabel="$u_y/M$", title=f"Circle approximation, n = {polygon.segments}")
-    ax.legend(loc="lower left")
-    return ax
-
-
-def circle_error(segments: ArrayLike = range(1, 11), ax: Axes | None = None) -> Axes:
-    """Largest error 1 - cos(pi/(4n)) in percent over n (the paper's figure 11)."""
-    ax = axes_of(ax)
-    n = np.asarray(segments)
-    ax.semilogy(n, [100 * Polygon(segments=int(k)).error for k in n], color=BLUE, marker="o", linestyle="-")
-    ax.set(xlabel="segments per quadrant n", ylabel="largest error [%]", title="Circle error")
-    ax.set_xticks(n)
-    return ax
-
-
-def control(plan: Plan, axis: int = 0, ax: Axes | None = None, label: str | None = None) -> Axes:
+def control(plan: Plan, axis: int = 0, ax: Axes | None = None, label: str | None = None, dashes: str = "-") -> Axes:
     """One component of the acceleration over time (the paper's figures 5 and 8); axis 0 is x, 1 is y."""
     ax = axes_of(ax)
-    _over_time(ax, plan, lambda u: u[..., axis], label)
+    _over_time(ax, plan, lambda u: u[..., axis], label, dashes)
     for at in plan.obstacle_times:
         ax.axvline(at, color="#999999", linewidth=0.8, linestyle=":")
     ax.set(xlabel="t [s]", ylabel=f"$u_{'xy'[axis]}$ [m/s²]")
     return ax
 
 
-def _over_time(ax: Axes, plan: Plan, of: Callable[[Array], Array], label: str | None) -> None:
+def _over_time(ax: Axes, plan: Plan, of: Callable[[Array], Array], label: str | None, dashes: str = "-") -> None:
     """Something of the acceleration: steps for holds, a line for a continuous control."""
     t, color = plan.times, ax._get_lines.get_next_color()  # type: ignore[attr-defined]
+    drawn: Any = {"label": label, "color": color, "linestyle": dashes, "linewidth": 1.4, "zorder": 3}
     if isinstance(plan.trajectory, HoldTrajectory):
-        ax.stairs(of(plan.acceleration(t[:-1])), t, baseline=None, label=label, color=color, linewidth=1.4)
+        ax.stairs(of(plan.acceleration(t[:-1])), t, baseline=None, **drawn)
     else:
         t = np.linspace(0, plan.maneuver.duration, 1001)
-        ax.plot(t, of(plan.acceleration(t)), label=label, color=color, linestyle="-", linewidth=1.4)
+        ax.plot(t, of(plan.acceleration(t)), **drawn)
 
 
 def overview(plan: Plan) -> Figure:
@@ -115,11 +89,10 @@ def overview(plan: Plan) -> Figure:
 def control_size(plan: Plan, ax: Axes | None = None) -> Axes:
     """|u| and its components over time with the peak and the lower bound."""
     ax = axes_of(ax)
-    for axis in (0, 1):
-        _over_time(ax, plan, lambda u, i=axis: u[..., i], f"$u_{'xy'[axis]}$")  # type: ignore[misc]
+    peak_and_bound(ax, plan.peak, plan.lower_bound, "m/s²")
+    for axis, dashes in ((0, "-"), (1, "--")):
+        _over_time(ax, plan, lambda u, i=axis: u[..., i], f"$u_{'xy'[axis]}$", dashes)  # type: ignore[misc]
     _over_time(ax, plan, lambda u: np.hypot(u[..., 0], u[..., 1]), "|u(t)|")
-    ax.axhline(plan.peak, color=BLACK, linewidth=0.9, label=f"peak {plan.peak:.6g}")
-    ax.axhline(plan.lower_bound, color=ORANGE, linestyle="--", linewidth=1.2, label=f"bound {plan.lower_bound:.6g}")
     ax.set(xlabel="t [s]", ylabel="acceleration [m/s²]", ylim=(-1.15 * plan.peak or -1, 1.15 * plan.peak or 1))
     ax.legend(ncols=3, **BELOW)
     return ax
@@ -135,79 +108,28 @@ def path(plan: Plan, ax: Axes | None = None, arrows: int = 24) -> Axes:
     maneuver, track = plan.maneuver, np.array([plan.maneuver.start.position, plan.maneuver.goal.position])
     if plan.trajectory is not None:
         track = np.vstack([track, plan.position(np.linspace(0, maneuver.duration, 600))])
-    low, high = _view(plan, track)
+    low, high = view(maneuver, plan.walls, track)
     size = float(np.max(high - low))
-    _obstacles(ax, plan, 2 * size)
+    obstacles(ax, maneuver, 2 * size, plan.walls)
     if plan.trajectory is not None:
         ax.plot(*track[2:].T, color=BLUE, linestyle="-", linewidth=1.8, label="path of the centre of mass", zorder=4)
         if arrows:
             t = (np.arange(arrows) + 0.5) / arrows * maneuver.duration
             u = plan.acceleration(t)
-            longest: Any = {"angles": "xy", "scale_units": "xy", "scale": (np.max(np.hypot(*u.T)) or 1) / (0.12 * size)}
-            shape: Any = {
-                "units": "inches",
-                "width": 0.022,
-                "headwidth": 4,
-                "headlength": 5,
-                "headaxislength": 4.5,
-                "minshaft": 2,
-            }
-            ax.quiver(*plan.position(t).T, *u.T, color=RED, zorder=5, label="acceleration", **longest, **shape)
+            ax.quiver(*plan.position(t).T, *u.T, label="acceleration", **_arrow(float(np.max(np.hypot(*u.T))), size))
         if len(plan.obstacle_times):
             mark: Any = {"linestyle": "none", "marker": "D", "markersize": 5, "color": ORANGE, "zorder": 6}
             ax.plot(*plan.position(plan.obstacle_times).T, markeredgecolor=BLACK, label="crossing", **mark)
-    ends: Any = {"linestyle": "none", "markersize": 6, "color": BLACK, "zorder": 6}
-    ax.plot(*maneuver.start.position, marker="o", label="start", **ends)
-    ax.plot(*maneuver.goal.position, marker="s", label="goal", **ends)
-    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
-    ax.set_aspect("equal", anchor="S")  # from below: the layout then knows where the legend ends
-    handles, labels = ax.get_legend_handles_labels()
-    arrow = Line2D([], [], linestyle="none", color=RED, marker=r"$\rightarrow$", markersize=11)
-    handles = [arrow if isinstance(handle, Quiver) else handle for handle in handles]
-    ax.legend(handles, labels, ncols=3, **BELOW)
+    ends(ax, maneuver)
+    show(ax, (low, high))
     return ax
 
 
-def _view(plan: Plan, track: Array) -> tuple[Array, Array]:
-    """Lower left and upper right corner of the picture: all of the path, and of the rest what is not too far away."""
-    maneuver = plan.maneuver
-    low, high = track.min(axis=0), track.max(axis=0)
-    reach = 0.75 * max(float(np.max(high - low)), 1e-12)
-    middle = (low + high) / 2
-    rays = [ray for wall in {*maneuver.walls, *plan.walls} for ray in wall.rays]
-    rest = [tip for tip, _ in rays] + [tip + 0.4 * reach * along for tip, along in rays]
-    rest += [corner for block in maneuver.blocks for ring in block.grown(maneuver.margin) for corner in ring]
-    cloud = np.array(
-        [low, high, *np.clip(np.reshape([*rest, *(maneuver.region or ())], (-1, 2)), middle - reach, middle + reach)]
-    )
-    low, high = cloud.min(axis=0), cloud.max(axis=0)
-    room = 0.08 * max(float(np.max(high - low)), reach)
-    return low - room, high + room
-
-
-def _obstacles(ax: Axes, plan: Plan, far: float) -> None:
-    """Region, blocks, margins, walls, and the lines that the search put up, drawn `far` [m] from their tips."""
-    maneuver = plan.maneuver
-    if maneuver.region is not None:
-        edge: Any = {"edgecolor": BLACK, "linewidth": 1.2, "linestyle": "-.", "zorder": 2}
-        ax.fill(*np.transpose(maneuver.region), facecolor="none", label="region", **edge)
-    for i, block in enumerate(maneuver.blocks):
-        ax.fill(*np.transpose(block.vertices), label=None if i else "block", **BLOCK)
-    rings = [ring for block in maneuver.blocks for ring in block.grown(maneuver.margin)] if maneuver.margin else []
-    for i, ring in enumerate(rings):
-        dashes: Any = {"color": "#444444", "linewidth": 0.9, "linestyle": "--", "zorder": 3}
-        ax.plot(*np.vstack([ring, ring[:1]]).T, label=None if i else "margin", **dashes)
-    lines = [wall for wall in plan.walls if not any(_same_line(wall, other, far) for other in maneuver.walls)]
-    for name, walls, style in (("wall", maneuver.walls, WALL), ("line", lines, LINE)):
-        for i, (tip, along) in enumerate(ray for wall in walls for ray in wall.rays):
-            ax.plot(*np.array([tip, tip + far * along]).T, label=None if i else name, **style)
-
-
-def _same_line(one: Wall, other: Wall, size: float) -> bool:
-    """Whether two walls stand on one line, to a millionth of the picture: the search puts up the user's walls anew."""
-    (tip, along), (there, toward) = one.rays[0], other.rays[0]
-    across = np.array([-along[1], along[0]])
-    return bool(abs(across @ toward) < 1e-6 and abs(across @ (there - tip)) < 1e-6 * size)
+def _arrow(longest: float, size: float) -> dict[str, Any]:
+    """How accelerations are drawn in a picture of this size [m], the longest of them an eighth of it."""
+    scale: Any = {"angles": "xy", "scale_units": "xy", "scale": (longest or 1) / (0.12 * size)}
+    shape: Any = {"units": "inches", "width": 0.022, "headwidth": 4, "headlength": 5, "headaxislength": 4.5}
+    return {"color": RED, "zorder": 5, "minshaft": 2, **scale, **shape}
 
 
 def peak_over_time(sweep: Sweep, ax: Axes | None = None, label: str | None = None) -> Axes:
@@ -222,25 +144,44 @@ def peak_over_time(sweep: Sweep, ax: Axes | None = None, label: str | None = Non
         return ax
     at, peak = sweep.obstacle_times[sweep.winner], sweep.peak[sweep.winner]
     ax.plot(at, peak, "D", color=ORANGE, markeredgecolor=BLACK, label=f"least: {peak:.4f} m/s² at {at:.4f} s")
-    ax.axhline(sweep.best.lower_bound, color=BLACK, linestyle=":", label="lower bound at the winner, any control")
+    bound = sweep.best.lower_bound
+    ax.axhline(bound, color=BLACK, linestyle=":", label=f"lower bound at the winner, any control: {bound:.4f} m/s²")
     if peak > 0 and np.max(sweep.peak[known]) > 20 * peak:
         ax.set_yscale("log")
     ax.set(xlabel="$T_{obs}$ [s]", ylabel="least M [m/s²]")
-    ax.legend()
+    ax.legend(**BELOW)
     return ax
 
 
 def over_segments(
     n: Sequence[int], values: ArrayLike, ylabel: str, ax: Axes | None = None, limit: float | None = None
 ) -> Axes:
-    """Something over the segments per quadrant (the panels of the paper's figure 6); `limit` is n -> infinity."""
+    """Something over the segments per quadrant (the panels of the paper's figure 6).
+
+    Args:
+        limit: the least peak with the disc; then the band is drawn in which that with the polygon must lie.
+    """
     ax = axes_of(ax)
-    ax.plot(n, np.asarray(values), color=BLUE, marker="o", linestyle="-")
     if limit is not None:
-        ax.axhline(limit, color=ORANGE, linestyle="--", label=f"disc: {limit:.4f}")
+        fine = np.linspace(min(n), max(n), 200)
+        most = limit / np.cos(np.pi / (4 * fine))
+        ax.fill_between(fine, limit, most, color="#e4e4e4", label="disc to disc/cos(π/4n)")
+        ax.axhline(limit, color=ORANGE, linestyle="--", label=f"disc: {limit:.4f} m/s²")
+    ax.plot(n, np.asarray(values), color=BLUE, marker="o", linestyle="-", label=None if limit is None else "polygon")
+    if limit is not None:
         ax.legend()
     ax.set(xlabel="segments per quadrant n", ylabel=ylabel)
     ax.set_xticks(list(n))
+    return ax
+
+
+def control_differences(n: Sequence[int], differences: Array, ax: Axes | None = None) -> Axes:
+    """Squared difference of the controls for n and n - 1, shape (len(n), 2) (the paper's figure 6)."""
+    ax = axes_of(ax)
+    for axis, mark, dashes in ((0, "o", "-"), (1, "s", "--")):
+        ax.semilogy(n, differences[:, axis], marker=mark, linestyle=dashes, label=f"$\\Delta u_{'xy'[axis]}$")
+    ax.set(xlabel="segments per quadrant n", ylabel="squared difference to n-1 [m²/s⁴]", xticks=list(n))
+    ax.legend()
     return ax
 
 
@@ -259,3 +200,35 @@ def budget(errors: ErrorBudget, ax: Axes | None = None) -> Axes:
     ax.set(yticks=[], xlabel=f"M(settings) - M(true) [m/s²], M(true) = {errors.true:.6g}")
     ax.legend(ncols=2, **BELOW)
     return ax
+
+
+def animate(plan: Plan | ArmPlan, frames: int = FRAMES) -> bytes:
+    """A plan in motion, as a GIF: the centre of mass with its control arrow, or the arm with its base force.
+
+    Raises:
+        ValueError: where the plan has no motion.
+    """
+    if not isinstance(plan, Plan):
+        from .arm.plots import animate as animate_arm
+
+        return animate_arm(plan, frames)
+    if plan.trajectory is None:
+        raise ValueError(f"this plan is {plan.status}: it has no trajectory")
+    t = np.linspace(0, plan.maneuver.duration, frames)
+    place, u = plan.position(t), plan.acceleration(np.minimum(t, plan.maneuver.duration * (1 - 1e-9)))
+    with plt.rc_context(STYLE):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6), dpi=70)
+        path(plan, ax=left, arrows=0)
+        control_size(plan, ax=right)
+    size = max(np.ptp(left.get_xlim()), np.ptp(left.get_ylim()))
+    (mass,) = left.plot([], [], color=BLACK, marker="o", markersize=9, linestyle="none", zorder=7)
+    arrow = left.quiver(*place[0], *u[0], **_arrow(0.6 * plan.peak, size))
+    (now,) = right.plot([], [], color=RED, marker="o", markersize=7, linestyle="none", zorder=7)
+
+    def draw(k: int) -> None:
+        mass.set_data(*place[k][:, None])
+        arrow.set_offsets(place[k])
+        arrow.set_UVC(*u[k])
+        now.set_data([t[k]], [np.hypot(*u[k])])
+
+    return gif(figure, [mass, arrow, now], draw, frames)

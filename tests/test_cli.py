@@ -62,6 +62,11 @@ def test_solve_writes_its_files(spec, tmp_path, capsys):
     assert {p.name for p in (tmp_path / "o").iterdir()} == {"plan.json", "plan.csv", "plan.png"}
 
 
+def test_a_centre_of_mass_is_animated_when_asked(spec, tmp_path, capsys):
+    assert call(capsys, "solve", spec(), "--out", tmp_path / "o", "--gif")[0] == 0
+    assert (tmp_path / "o" / "plan.gif").read_bytes().startswith(b"GIF89a")
+
+
 def test_sweep_prints_m_over_the_obstacle_times(spec, tmp_path, capsys):
     path = spec(obstacles=[{"kind": "wall", "tip": [0.5, 0.5]}])
     status, out, _ = call(capsys, "sweep", path, "--json", "--out", tmp_path / "o")

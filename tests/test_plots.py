@@ -1,14 +1,17 @@
 """Every figure draws on the axes it is given and names its units."""
 
+import io
 from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.patches import PathPatch
 from matplotlib.quiver import Quiver
+from PIL import Image
 
 import peakmin as pm
-from peakmin import maps, plots
+from peakmin import maps, paper, plots
 from peakmin.errors import SpecError
 
 from .conftest import least, wall_maneuver
@@ -164,3 +167,82 @@ def test_a_map_of_the_peak_marks_the_solution_that_is_asked_for():
 def test_a_map_of_the_peak_is_for_two_walls(changes, count, message):
     with pytest.raises(SpecError, match=f"^{message}$"):
         maps.peak_map(wall_maneuver(**changes), count=count)
+
+
+@pytest.mark.parametrize(
+    "draw", [plots.problem, plots.task, plots.flowchart, plots.circle_approximation, plots.circle_error]
+)
+def test_what_is_asked_is_drawn_without_an_answer(draw):
+    ax = plt.figure().add_subplot()
+    asked = {
+        plots.problem: [paper.GENERAL],
+        plots.task: [paper.two_link_task()],
+        plots.circle_approximation: [pm.Polygon(segments=3)],
+    }
+    assert draw(*asked.get(draw, []), ax=ax) is ax
+    if draw is plots.flowchart:
+        return
+    units = {plots.circle_approximation: ("u_x/M", "u_y/M"), plots.circle_error: ("quadrant", "[%]")}
+    for word, label in zip(units.get(draw, ("[m]", "[m]")), (ax.get_xlabel(), ax.get_ylabel()), strict=True):
+        assert word in label
+    plt.close("all")
+
+
+def test_a_moving_start_shows_its_velocity():
+    maneuver = wall_maneuver(start=pm.State(position=(0, 0), velocity=(0, 1)))
+    ax = plots.problem(maneuver)
+    assert "velocity" in labels(ax)
+    assert "velocity" not in labels(plots.problem(wall_maneuver()))
+    assert [text.get_text() for text in ax.texts] == ["t = 0", "t = 1 s", "$T_{obs}$ at (0.5, 0.5) m"]
+    plt.close("all")
+
+
+def test_size_peak_and_bound_can_be_told_apart_where_they_are_equal(plan):
+    ax = plots.control_size(plan)
+    drawn = {handle.get_label().split()[0]: handle for handle in ax.get_legend_handles_labels()[0]}
+    band, bound, size = drawn["peak"], drawn["lower"], drawn["|u(t)|"]
+    assert band.get_ydata()[0] == plan.peak
+    assert set(bound.get_ydata()) == {plan.lower_bound}
+    assert band.get_linewidth() > 3 * size.get_linewidth()
+    assert band.get_zorder() < size.get_zorder()
+    assert (bound.get_linestyle(), bound.get_marker()) == ("None", 6)
+
+
+def arm_plan():
+    link = {"length": 4.0, "mass": 0.5, "half_width": 0.1}
+    ends = {"start": pm.Pose(tip=(2.22, -2.693), elbow="up"), "goal": pm.Pose(tip=(5, 3), elbow="up")}
+    arm, aside = pm.Arm(links=[pm.Link(**link)] * 2), pm.Block(vertices=[(7, -2), (8, -2), (8, -1)])
+    task = pm.ArmManeuver(arm=arm, duration=5.0, obstacles=[aside], margin=0.2, **ends)
+    return pm.solve(task, pm.Settings(search={"kind": "global", "gap": 1e-2}))
+
+
+def test_links_are_as_wide_as_they_are_and_margins_are_drawn():
+    plan = arm_plan()
+    ax = plots.poses(plan, count=3)
+    links = [patch for patch in ax.patches if isinstance(patch, PathPatch)]
+    assert len(links) == 2 * 3
+    corners = links[0].get_path().vertices
+    length = max(np.hypot(*(a - b)) for a in corners for b in corners)
+    assert length == pytest.approx(4.0 + 2 * 0.1)
+    assert {"margin", "obstacle", "start", "goal", "base"} <= labels(ax)
+    assert len(plots.task(plan.maneuver).patches) == 1 + 2 * 2
+    force = plots.base_force(plan)
+    assert any("lower bound" in label for label in labels(force))
+    plt.close("all")
+
+
+@pytest.mark.parametrize("kind", ["point", "arm"])
+def test_an_animation_has_a_frame_for_each_instant_and_things_move_in_it(kind):
+    plan = arm_plan() if kind == "arm" else pm.solve(wall_maneuver())
+    film = plots.animate(plan, frames=5)
+    picture = Image.open(io.BytesIO(film))
+    shots = []
+    for k in range(picture.n_frames):
+        picture.seek(k)
+        shots.append(np.asarray(picture.convert("RGB")))
+    assert len(shots) == 5
+    assert all(np.any(a != b) for a, b in zip(shots, shots[1:], strict=False))
+    assert film == plots.animate(plan, frames=5)
+    assert not plt.get_fignums()
+    with pytest.raises(ValueError, match="no trajectory"):
+        plots.animate(replace(plan, **{"joints" if kind == "arm" else "trajectory": None}))

@@ -2,38 +2,59 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 
 from ..arrays import Array
-from ..plots import BELOW, BLACK, BLOCK, BLUE, GREEN, ORANGE, PINK, RED, STYLE, axes_of, control_size
+from ..scenery import blocks
+from ..style import BELOW, BLACK, BLUE, FRAMES, GREEN, ORANGE, PINK, RED, STYLE, WALL, axes_of, gif, peak_and_bound
 
 if TYPE_CHECKING:
+    from .maneuver import ArmManeuver
     from .plan import ArmPlan
 
 POSES = 9  # drawn between start and goal
-FRAMES, SECOND = 48, 12  # of an animation, and how many of them a second
 COLORS = (BLUE, ORANGE, GREEN, PINK, BLACK)
 DASHES = ("-", "--", "-.", ":", (0, (5, 1)))
+
+
+def task(maneuver: ArmManeuver, ax: Axes | None = None) -> Axes:
+    """What is asked: the arm at start and goal, every configuration that they allow, its obstacles (figure 4)."""
+    from .kinematics import Chain
+    from .maneuver import postures
+
+    ax, chain = axes_of(ax), Chain.of(maneuver.arm)
+    blocks(ax, maneuver.obstacles, maneuver.margin, "obstacle")
+    for name, pose, shade, dashes in (("start", maneuver.start, "0.55", "--"), ("goal", maneuver.goal, "0", "-")):
+        for k, theta in enumerate(postures(maneuver.arm, pose)):
+            points = chain.joints(np.array(theta))
+            _links(ax, points, chain.half_width, shade)
+            style: Any = {"color": shade, "linestyle": dashes, "marker": "o", "markersize": 4, "linewidth": 1.8}
+            ax.plot(*points.T, label=None if k else f"arm at the {name}", zorder=4, **style)
+            mark: Any = {"color": BLUE, "marker": "+x"[name == "goal"], "markersize": 9, "markeredgewidth": 2}
+            centre = None if k else f"centre of mass at the {name}"
+            ax.plot(*chain.centre(np.array(theta)), linestyle="none", label=centre, zorder=6, **mark)
+    _frame(ax, maneuver)
+    return ax
 
 
 def poses(plan: ArmPlan, ax: Axes | None = None, count: int = POSES) -> Axes:
     """The arm at equal intervals over its obstacles, the paths of tip and centre of mass (the paper's figure 9)."""
     ax = axes_of(ax)
-    _obstacles(ax, plan)
+    blocks(ax, plan.maneuver.obstacles, plan.maneuver.margin, "obstacle")
     if plan.joints is not None:
         path, chain = plan.joints, plan.joints.chain
         t = np.linspace(0, path.duration, count)
         for k, points in enumerate(chain.joints(path.absolute(t))):
-            shade = 0.75 - 0.75 * k / (count - 1)
-            style: Any = {"color": str(shade), "linestyle": "-", "marker": "o", "markersize": 3, "linewidth": 1.6}
+            shade = str(0.75 - 0.75 * k / (count - 1))
+            _links(ax, points, chain.half_width, shade)
+            style: Any = {"color": shade, "linestyle": "-", "marker": "o", "markersize": 3, "linewidth": 1.6}
             ax.plot(*points.T, label={0: "start", count - 1: "goal"}.get(k), zorder=3, **style)
         fine = np.linspace(0, path.duration, 400)
         ax.plot(*plan.tip(fine).T, color=ORANGE, linestyle="--", linewidth=1.5, label="tip", zorder=4)
@@ -41,16 +62,31 @@ def poses(plan: ArmPlan, ax: Axes | None = None, count: int = POSES) -> Axes:
         mark: Any = {"linestyle": "none", "marker": "D", "markersize": 5, "color": ORANGE, "markeredgecolor": BLACK}
         for k, contact in enumerate(plan.contacts):
             ax.plot(*contact.at, label=None if k else "contact", zorder=6, **mark)
-    ax.plot(*plan.maneuver.arm.base, marker="^", color=BLACK, markersize=9, linestyle="none", label="base", zorder=6)
-    ax.set(xlabel="x [m]", ylabel="y [m]")
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.legend(ncols=3, **BELOW)
+    _frame(ax, plan.maneuver)
     return ax
 
 
-def _obstacles(ax: Axes, plan: ArmPlan) -> None:
-    for i, block in enumerate(plan.maneuver.obstacles):
-        ax.fill(*np.transpose(block.vertices), label=None if i else "obstacle", **BLOCK)
+def _links(ax: Axes, points: Array, half_width: Array, shade: str) -> None:
+    """The links' matter: all that is within their half-widths [m] of the lines between the joints (n+1, 2)."""
+    for one, other, width in zip(points, points[1:], half_width, strict=False):
+        if width:
+            edge: Any = {"edgecolor": shade, "facecolor": (*[float(shade)] * 3, 0.08), "linewidth": 0.6}
+            ax.add_patch(PathPatch(_capsule(one, other, width), zorder=2.5, **edge))
+
+
+def _capsule(one: Array, other: Array, width: float) -> Path:
+    """The edge of all that is within `width` of the line from one point to the other."""
+    heading = np.arctan2(*(other - one)[::-1])
+    turn = np.linspace(-np.pi / 2, np.pi / 2, 19)
+    round_end = width * np.stack([np.cos(heading + turn), np.sin(heading + turn)], axis=-1)
+    return Path(np.vstack([other + round_end, one - round_end, other + round_end[:1]]), closed=True)
+
+
+def _frame(ax: Axes, maneuver: ArmManeuver) -> None:
+    ax.plot(*maneuver.arm.base, marker="^", color=BLACK, markersize=9, linestyle="none", label="base", zorder=6)
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.legend(ncols=3, **BELOW)
 
 
 def joint_angles(plan: ArmPlan, ax: Axes | None = None) -> Axes:
@@ -74,7 +110,7 @@ def path(plan: ArmPlan, ax: Axes | None = None) -> Axes:
     size = float(np.max(np.ptp(plan.position(t), axis=0)))
     for i, (tip, along) in enumerate(ray for wall in plan.crossing.walls for ray in wall.rays):
         ends = np.array([tip, tip + 0.5 * size * along])
-        ax.plot(*ends.T, color="#555555", linewidth=4, solid_capstyle="butt", label=None if i else "wall", zorder=3)
+        ax.plot(*ends.T, label=None if i else "wall", **WALL)
     at = np.array(plan.obstacle_times)
     if len(at):
         ax.plot(*plan.position(at).T, "D", color=ORANGE, markeredgecolor=BLACK, markersize=5, label="contact", zorder=6)
@@ -111,26 +147,28 @@ def peak_over_time(plan: ArmPlan, ax: Axes | None = None, count: int = 60) -> Ax
     bound = f"lower bound of all motions: {plan.lower_bound:.6g} m/s²"
     ax.axhline(plan.lower_bound, color=BLACK, linestyle=":", label=bound)
     ax.set(xlabel="$T_{obs}$ [s]", ylabel="least M [m/s²]", ylim=(0, min(float(np.max(least)), 6 * plan.peak)))
-    ax.legend()
+    ax.legend(**BELOW)
     return ax
 
 
 def base_force(plan: ArmPlan, ax: Axes | None = None) -> Axes:
-    """The base force's size and components over time, with its peak."""
+    """The base force's size and components over time, with its peak and the lower bound."""
     ax = axes_of(ax)
     t = np.linspace(0, plan.maneuver.duration, 1201)
     force = plan.base_force(t)
+    peak_and_bound(ax, plan.peak_force, plan.crossing.mass * plan.lower_bound, "N")
     for axis in (0, 1):
         ax.plot(t, force[:, axis], color=COLORS[axis], linestyle=DASHES[axis], label=f"$F_{'xy'[axis]}$")
-    ax.plot(t, np.hypot(*force.T), color=BLACK, linestyle="-.", label="|F|")
-    ax.axhline(plan.peak_force, color=BLACK, linewidth=0.9, label=f"peak {plan.peak_force:.6g} N")
+    ax.plot(t, np.hypot(*force.T), color=BLACK, linestyle="-", label="|F|", zorder=3)
     ax.set(xlabel="t [s]", ylabel="base force [N]", ylim=(-1.15 * plan.peak_force or -1, 1.25 * plan.peak_force or 1))
-    ax.legend(ncols=2, **BELOW)
+    ax.legend(ncols=3, **BELOW)
     return ax
 
 
 def overview(plan: ArmPlan) -> Figure:
     """Poses, path, joint angles and control on one figure."""
+    from ..plots import control_size
+
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(2, 2, figsize=(12, 10))
         poses(plan, ax=axes[0, 0])
@@ -164,43 +202,37 @@ def animate(plan: ArmPlan, frames: int = FRAMES) -> bytes:
     joints, chain = plan.joints, plan.joints.chain
     t = np.linspace(0, joints.duration, frames)
     points: Array = chain.joints(joints.absolute(t))
-    forces = plan.base_force(np.minimum(t, joints.duration * (1 - 1e-9)))
-    with plt.rc_context({**STYLE, "figure.constrained_layout.use": False}):
+    forces, place = plan.base_force(np.minimum(t, joints.duration * (1 - 1e-9))), plan.position(t)
+    size = float(np.max(np.ptp(points.reshape(-1, 2), axis=0)))
+    with plt.rc_context(STYLE):
         figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6), width_ratios=(1.15, 1), dpi=70)
-        figure.subplots_adjust(left=0.07, right=0.98, bottom=0.13, top=0.92, wspace=0.22)
-        _obstacles(left, plan)
-        left.plot(*plan.tip(t).T, color=ORANGE, linestyle="--", linewidth=1.0)
-        left.plot(*plan.position(t).T, color=BLUE, linestyle="-", linewidth=1.2)
-        (arm,) = left.plot([], [], color=BLACK, linestyle="-", marker="o", linewidth=2.5, zorder=5)
-        (mass,) = left.plot([], [], color=BLUE, linestyle="none", marker="o", markersize=7, zorder=6)
-        size = float(np.max(np.ptp(points.reshape(-1, 2), axis=0)))
-        arrow = left.quiver(
-            *chain.base, 0, 0, color=RED, angles="xy", scale_units="xy", scale=4 * plan.peak_force / size, zorder=7
-        )
+        blocks(left, plan.maneuver.obstacles, plan.maneuver.margin, "obstacle")
+        left.plot(*plan.tip(t).T, color=ORANGE, linestyle="--", linewidth=1.0, label="tip")
+        left.plot(*place.T, color=BLUE, linestyle="-", linewidth=1.2, label="centre of mass")
         shown = np.vstack([points.reshape(-1, 2), *(block.vertices for block in plan.maneuver.obstacles)])
         shown = np.clip(shown, points.min(axis=(0, 1)) - 0.3 * size, points.max(axis=(0, 1)) + 0.3 * size)
         low, high = shown.min(axis=0) - 0.08 * size, shown.max(axis=0) + 0.08 * size
-        left.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]", aspect="equal")
-        left.set_title("arm, and the force of the base on it (red)", fontsize=10)
-        fine = np.linspace(0, joints.duration, 800)
-        for axis in (0, 1):
-            component = plan.base_force(fine)[:, axis]
-            right.plot(fine, component, color=COLORS[axis], linestyle=DASHES[axis], label=f"$F_{'xy'[axis]}$")
-        right.plot(fine, np.hypot(*plan.base_force(fine).T), color=BLACK, linestyle="-.", label="|F|")
-        (dot,) = right.plot([], [], color=RED, marker="o", linestyle="none", markersize=7)
-        right.set(xlabel="t [s]", ylabel="base force [N]", ylim=(-1.15 * plan.peak_force, 1.35 * plan.peak_force))
-        right.legend(loc="upper right", ncols=3)
-        right.set_title(f"peak {plan.peak_force:.4g} N", fontsize=10)
+        left.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
+        left.set_aspect("equal", anchor="S")
+        left.set_title("arm, and the force of the base on it (red)", fontsize="medium")
+        left.legend(ncols=3, **BELOW)
+        base_force(plan, ax=right)
+    nowhere: Any = np.zeros((3, 2))
+    widths = [PathPatch(Path(nowhere), facecolor="#00000030", edgecolor=BLACK, zorder=4) for _ in range(chain.links)]
+    for patch in widths:
+        left.add_patch(patch)
+    (arm,) = left.plot([], [], color=BLACK, linestyle="-", marker="o", linewidth=2.5, zorder=5)
+    (mass,) = left.plot([], [], color=BLUE, linestyle="none", marker="o", markersize=7, zorder=6)
+    scale: Any = {"angles": "xy", "scale_units": "xy", "scale": 4 * plan.peak_force / size}
+    arrow = left.quiver(*chain.base, 0, 0, color=RED, zorder=7, **scale)
+    (dot,) = right.plot([], [], color=RED, marker="o", linestyle="none", markersize=7, zorder=7)
 
-        def draw(k: int) -> tuple[Any, ...]:
-            arm.set_data(*points[k].T)
-            mass.set_data(*plan.position(t[k])[:, None])
-            arrow.set_UVC(*forces[k])
-            dot.set_data([t[k]], [np.hypot(*forces[k])])
-            return arm, mass, arrow, dot
+    def draw(k: int) -> None:
+        arm.set_data(*points[k].T)
+        for patch, one, other, width in zip(widths, points[k], points[k][1:], chain.half_width, strict=False):
+            patch.set_path(_capsule(one, other, width))
+        mass.set_data(*place[k][:, None])
+        arrow.set_UVC(*forces[k])
+        dot.set_data([t[k]], [np.hypot(*forces[k])])
 
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "arm.gif"
-            FuncAnimation(figure, draw, frames=frames).save(str(file), writer=PillowWriter(fps=SECOND))
-            plt.close(figure)
-            return file.read_bytes()
+    return gif(figure, [*(widths if np.any(chain.half_width) else []), arm, mass, arrow, dot], draw, frames)
