@@ -48,6 +48,9 @@ def solve_command(
     gif: Annotated[
         bool | None, typer.Option("--gif/--no-gif", help="With --out, animate the plan; default: an arm's only.")
     ] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write one HTML page: spec, answer, figures, verification.")
+    ] = None,
 ) -> None:
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
     asked = api.read_spec(spec)
@@ -57,6 +60,8 @@ def solve_command(
             plan = api.solve(asked.maneuver, asked.settings, progress=progress)
         if out:
             output.write_plan(plan, out, bool(gif))
+        if report:
+            output.write_report(plan, report, spec.stem)
         print(plan.to_json(indent=2) if as_json else words.describe(plan))
         _say_why(plan, as_json, stopped)
         _end(plan.status, stopped, words.so_far(plan))
@@ -67,6 +72,8 @@ def solve_command(
     if out:
         output.headless()
         terminal.write(arm_plan, out, gif is not False)
+    if report:
+        output.write_report(arm_plan, report, spec.stem)
     print(arm_plan.to_json(indent=2) if as_json else terminal.describe(arm_plan))
     _say_why(arm_plan, as_json, stopped)
     _end(arm_plan.status, stopped, words.so_far(arm_plan))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from . import files
 
 if TYPE_CHECKING:
+    from .arm.plan import ArmPlan
     from .budget import ErrorBudget
     from .plan import Plan
     from .progress import Progress
@@ -26,6 +27,13 @@ def write_plan(plan: Plan, out: Path, gif: bool = False) -> None:
             from .plots import animate
 
             files.write(out / "plan.gif", animate(plan))
+
+
+def write_report(plan: Plan | ArmPlan, path: Path, title: str) -> None:
+    headless()
+    from .report import report
+
+    files.write(path, report(plan, title))
 
 
 def save(path: Path, thing: Plan | Sweep | ErrorBudget) -> None:
