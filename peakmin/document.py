@@ -150,7 +150,7 @@ def known_plan(data: dict[str, Any]) -> None:
     """Refuse a document of another version, or none. Raises `SpecError`."""
     version = data.get("version")
     if type(version) is not int or version != VERSION:
-        raise SpecError(f"version: was {version!r}, must be {VERSION} (the only version so far)")
+        raise SpecError(f"version: was {short(version)}, must be {VERSION} (the only version so far)")
 
 
 def _branch(data: dict[str, Any], cells: Cells) -> Branch:
