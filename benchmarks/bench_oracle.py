@@ -1,5 +1,6 @@
-"""The cost of a query: an oracle's against solving anew, past one wall and with programs on holds."""
+"""The cost of a query: an oracle's against solving anew, and at given obstacle times against a program built anew."""
 
+import cvxpy as cp
 import numpy as np
 import pytest
 
@@ -9,6 +10,24 @@ from peakmin.paper import GENERAL
 TRUE = GENERAL.model_copy(update={"duration": 1.0})
 TIPS = np.random.default_rng(0).uniform([0.3, 0.2], [0.7, 0.6], (50, 1, 2))
 HELD = pm.Settings(circle=pm.Polygon(segments=5), method=pm.Direct())
+EXACT = pm.Settings(method=pm.Exact())
+STEPS, AT = 200, 0.5
+
+
+def fresh(tip):
+    """The same question as a cvxpy problem written and solved for this query alone: disc, 200 holds (the peer)."""
+    h = 1 / STEPS
+    u, peak = cp.Variable((STEPS, 2)), cp.Variable()
+    t = h * (np.arange(STEPS) + 0.5)
+    v0, rest = np.array(TRUE.start.velocity), np.array(TRUE.goal.velocity)
+    to_wall = np.where(t < AT, h * (AT - t), 0.0)
+    constraints = [
+        cp.SOC(peak * np.ones(STEPS), u, axis=1),
+        h * cp.sum(u, axis=0) == rest - v0,
+        (h * (1 - t)) @ u == np.array(TRUE.goal.position) - TRUE.start.position - v0,
+        to_wall @ u == tip - TRUE.start.position - AT * v0,
+    ]
+    return float(cp.Problem(cp.Minimize(peak), constraints).solve(solver="CLARABEL"))
 
 
 @pytest.mark.parametrize(("name", "settings"), [("exact", None), ("20-gon on 200 holds", HELD)])
@@ -16,20 +35,27 @@ def test_queries(benchmark, name, settings):
     oracle = pm.PeakOracle(TRUE, settings)
     found = benchmark.pedantic(lambda: oracle.peaks(tips=TIPS), rounds=2, warmup_rounds=1)
     assert np.all(found.solved)
-    benchmark.extra_info.update(group="oracle", name=f"50 queries of an oracle, {name}", value=float(found.peak.max()))
+    benchmark.extra_info.update(group="oracle", name=f"50 queries, {name}", value=float(found.peak.max()))
 
 
-@pytest.mark.parametrize(
-    ("name", "settings"), [("exact", pm.Settings(method=pm.Exact())), ("20-gon on 200 holds", HELD)]
-)
+@pytest.mark.parametrize(("name", "settings"), [("exact", EXACT), ("20-gon on 200 holds", HELD)])
 def test_solves(benchmark, name, settings):
+    walls = [(TRUE.walls[0].model_copy(update={"tip": tuple(tip)}),) for (tip,) in TIPS.tolist()]
+
     def each():
-        return [
-            pm.solve(
-                TRUE.model_copy(update={"obstacles": (TRUE.walls[0].model_copy(update={"tip": tuple(tip)}),)}), settings
-            )
-            for (tip,) in TIPS.tolist()
-        ]
+        return [pm.solve(TRUE.model_copy(update={"obstacles": wall}), settings) for wall in walls]
 
     found = benchmark.pedantic(each, rounds=2, warmup_rounds=1)
     benchmark.extra_info.update(group="oracle", name=f"50 solves, {name}", value=max(plan.peak for plan in found))
+
+
+def test_fresh_programs(benchmark):
+    found = benchmark.pedantic(lambda: [fresh(tip) for (tip,) in TIPS], rounds=2, warmup_rounds=1)
+    benchmark.extra_info.update(group="at given times", name="50 cvxpy problems (peer)", value=max(found))
+
+
+def test_queries_at_times(benchmark):
+    oracle = pm.PeakOracle(TRUE)
+    found = benchmark.pedantic(lambda: oracle.peaks(tips=TIPS, obstacle_times=[AT]), rounds=3, warmup_rounds=1)
+    assert np.all(found.gap < 1e-6)
+    benchmark.extra_info.update(group="at given times", name="50 queries", value=float(found.peak.max()))

@@ -8,13 +8,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array
+from .bracket import Bracket
 from .compiled import shared
 from .errors import SpecError
+from .least import LeastPeak
+from .moments import PointMass
 from .obstacles import Wall
 from .plan import Plan
 from .search import solve
-from .sensitivity import Sensitivities
-from .spec import Exact, Maneuver, Settings, State
+from .sensitivity import Sensitivities, sensitivities
+from .spec import Exact, Maneuver, Settings, State, walls_only
 
 
 @dataclass(frozen=True)
@@ -73,17 +76,26 @@ class PeakOracle:
         Raises:
             SpecError: when a number is wrong, in one line.
         """
+        with shared():
+            return solve(self.query(start, goal, duration, walls), self.settings)
+
+    def query(
+        self,
+        start: State | ArrayLike | None = None,
+        goal: State | ArrayLike | None = None,
+        duration: float | ArrayLike | None = None,
+        walls: list[Wall] | ArrayLike | None = None,
+    ) -> Maneuver:
+        """The maneuver of one query, as for `plan`. Raises `SpecError` when a number is wrong."""
         fields: dict[str, object] = {}
         for name, given in (("start", start), ("goal", goal)):
             if given is not None:
                 fields[name] = _state(name, given)
         if duration is not None:
-            fields["duration"] = duration
+            fields["duration"] = float(np.asarray(duration))
         if walls is not None:
             fields["obstacles"] = self._walls(walls)
-        every = {name: getattr(self.maneuver, name) for name in Maneuver.model_fields} | fields
-        with shared():
-            return solve(Maneuver(**every), self.settings)
+        return Maneuver(**({name: getattr(self.maneuver, name) for name in Maneuver.model_fields} | fields))
 
     def peak(
         self,
@@ -91,10 +103,19 @@ class PeakOracle:
         goal: State | ArrayLike | None = None,
         duration: float | None = None,
         walls: list[Wall] | ArrayLike | None = None,
+        obstacle_times: ArrayLike | None = None,
     ) -> float:
-        """The least peak [m/s^2] of one query, as for `plan`; infinite where no control was found."""
-        found = self.plan(start, goal, duration, walls)
-        return found.peak if found.status == "solved" else np.inf
+        """The least peak [m/s^2] of one query, as for `plan`; infinite where no control was found.
+
+        Args:
+            obstacle_times: [s], (q,), to be asked at these only, which is much faster; walls alone.
+        """
+        if obstacle_times is None:
+            found = self.plan(start, goal, duration, walls)
+            return found.peak if found.status == "solved" else np.inf
+        maneuver = self.query(start, goal, duration, walls)
+        _, bracket = self._at(maneuver, np.asarray(obstacle_times, dtype=float))
+        return bracket.upper * PointMass.of(maneuver).unit
 
     def peaks(
         self,
@@ -102,6 +123,7 @@ class PeakOracle:
         goal: ArrayLike | None = None,
         duration: ArrayLike | None = None,
         tips: ArrayLike | None = None,
+        obstacle_times: ArrayLike | None = None,
     ) -> Peaks:
         """Many queries at once, whatever is given for each of m or once for all.
 
@@ -109,34 +131,44 @@ class PeakOracle:
             start, goal: (m, 2) or (m, 4), or (2,) or (4,): positions [m], at rest, or with velocities [m/s].
             duration: (m,) or one [s].
             tips: (m, q, 2) or (q, 2) [m], of the maneuver's own walls.
+            obstacle_times: (m, q) or (q,) [s], to be asked at these only, which is much faster; bounds then are of
+                these times, max_peak is not looked at, and walls must be all there is.
 
         Raises:
             SpecError: when shapes do not go together, or as for `plan`.
         """
-        given = [
-            (name, None if value is None else np.asarray(value, dtype=float), depth)
-            for name, value, depth in (
-                ("start", start, 1),
-                ("goal", goal, 1),
-                ("duration", duration, 0),
-                ("tips", tips, 2),
-            )
-        ]
-        sizes = {len(value) for _, value, depth in given if value is not None and value.ndim > depth}
+        asked = ((start, 1), (goal, 1), (duration, 0), (tips, 2), (obstacle_times, 1))
+        given = [(None if value is None else np.asarray(value, dtype=float), depth) for value, depth in asked]
+        sizes = {len(value) for value, depth in given if value is not None and value.ndim > depth}
         if len(sizes) > 1:
             raise SpecError(f"queries: was {sorted(sizes)} of a kind, must be as many of each, or one for all")
-        m = sizes.pop() if sizes else 1
-        plans = []
-        for k in range(m):
-            one = [None if value is None else value[k] if value.ndim > depth else value for _, value, depth in given]
-            plans.append(self.plan(one[0], one[1], None if one[2] is None else float(one[2]), one[3]))
-        return Peaks(
-            np.array([plan.peak for plan in plans]),
-            np.array([plan.lower_bound for plan in plans]),
-            np.array([plan.status == "solved" for plan in plans]),
-            np.array([plan.obstacle_times for plan in plans]).reshape(m, -1),
-            tuple(plan.sensitivities for plan in plans),
-        )
+        answers = []
+        for k in range(sizes.pop() if sizes else 1):
+            one = [None if value is None else value[k] if value.ndim > depth else value for value, depth in given]
+            answers.append(self._answer(self.query(one[0], one[1], one[2], one[3]), one[4]))
+        peak, bound, solved, times, slopes = zip(*answers, strict=True)
+        return Peaks(np.array(peak), np.array(bound), np.array(solved), np.array(times).reshape(len(peak), -1), slopes)
+
+    def _answer(self, maneuver: Maneuver, times: Array | None) -> tuple[float, float, bool, Array, Sensitivities]:
+        if times is None:
+            with shared():
+                plan = solve(maneuver, self.settings)
+            return plan.peak, plan.lower_bound, plan.status == "solved", plan.obstacle_times, plan.sensitivities
+        placed, bracket = self._at(maneuver, times)
+        unit, multipliers = PointMass.of(maneuver).unit, bracket.multipliers
+        slopes = sensitivities(maneuver, placed, np.zeros((2 + len(placed), 2)) if multipliers is None else multipliers)
+        return bracket.upper * unit, bracket.lower * unit, bool(np.isfinite(bracket.upper)), placed, slopes
+
+    def _at(self, maneuver: Maneuver, times: Array) -> tuple[Array, Bracket]:
+        """Times as the grid places them [s], and the bracket [scaled] there."""
+        walls_only(maneuver, "given obstacle times")
+        inside = times.shape == (len(maneuver.walls),) and np.all(np.diff([0.0, *times, maneuver.duration]) > 0)
+        if not inside:
+            rising = f"{len(maneuver.walls)} times that increase strictly between 0 and {maneuver.duration}"
+            raise SpecError(f"obstacle_times: was {times.tolist()}, must be {rising}")
+        with shared():
+            least = LeastPeak(maneuver, self.settings)
+            return least.place(times) * least.mass.time, least(times)
 
     def _walls(self, walls: list[Wall] | ArrayLike) -> tuple[object, ...]:
         if isinstance(walls, list | tuple) and all(isinstance(wall, Wall) for wall in walls):

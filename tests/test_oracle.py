@@ -72,3 +72,20 @@ def test_programs_are_compiled_once_for_each_thread():
 def test_wrong_queries_are_refused_in_one_line(query, words):
     with pytest.raises(pm.SpecError, match=words):
         pm.PeakOracle(MANEUVER).peaks(**query)
+
+
+def test_queries_at_given_times_are_sweeps():
+    for settings in (None, pm.Settings(circle=pm.Polygon(segments=2), grid=pm.Aligned(steps=20))):
+        oracle = pm.PeakOracle(MANEUVER, settings)
+        times = np.array([[0.3], [0.5], [0.6]])
+        found = oracle.peaks(obstacle_times=times)
+        swept = pm.sweep(MANEUVER, settings or oracle.settings, times=times[:, 0])
+        assert found.peak == pytest.approx(swept.peak, rel=1e-12)
+        assert found.lower_bound == pytest.approx(swept.lower, rel=1e-12)
+        assert oracle.peak(obstacle_times=[0.3]) == found.peak[0]
+        h = 1e-4
+        slope = (oracle.peak(obstacle_times=[0.3 + h]) - oracle.peak(obstacle_times=[0.3 - h])) / (2 * h)
+        if settings is None:
+            assert found.sensitivities[0].obstacle_times[0] == pytest.approx(slope, rel=1e-3)
+    with pytest.raises(pm.SpecError, match=r"^obstacle_times: was \[1.5\], must be 1 times that increase"):
+        oracle.peak(obstacle_times=[1.5])
