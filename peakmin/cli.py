@@ -54,7 +54,7 @@ def solve_command(
 ) -> None:
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
     asked = api.read_spec(spec)
-
+    files.ready(out)
     if isinstance(asked, Spec):
         with ended_by_interrupt() as stopped, output.bar("solve") as progress:
             plan = api.solve(asked.maneuver, asked.settings, progress=progress)
@@ -124,6 +124,7 @@ def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
 def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
     """The least M at every obstacle time of a sweep (the paper's outer loop)."""
     asked = Spec.read(spec)
+    files.ready(out)
     from .sweep import sweep
 
     with ended_by_interrupt() as stopped, output.bar("sweep") as progress:
@@ -142,6 +143,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
 def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
     """What the polygon, the grid, the tolerance and the obstacle times each cost, adding up to the whole error."""
     asked = Spec.read(spec)
+    files.ready(out)
     from .budget import error_budget
 
     errors = error_budget(asked.maneuver, asked.settings)

@@ -9,6 +9,17 @@ from pathlib import Path
 from .errors import SpecError
 
 
+def ready(folder: str | Path | None) -> None:
+    """See that files can be written to a folder, before there is something to lose. Raises `SpecError` otherwise."""
+    if folder is None:
+        return
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise SpecError(f"{folder}: cannot be written ({error.strerror})") from None
+
+
 def write(path: str | Path, content: str | bytes) -> None:
     """Write next to the target and move into place, so that a reader never sees half of it.
 

@@ -7,21 +7,24 @@ import math
 import numpy as np
 
 from ..arrays import Array
+from ..deadline import over
 from .kinematics import unit
 from .passage import Line, Order, Passage
 
 SHALLOW = 1e-6  # of the arm: a path no further inside counts as touching
 TURNS, PLACES, STEPS = 24, 16, 120  # lines looked at: directions, places of the path, steps along each
+AT_ONCE = 64  # lines
 WINDOW, GRID = 0.03, 21  # of the arm: how far around a contact a better place is looked for; grid points each way
 IDLE = 1e-6  # of the largest multiplier
 
 
-def deepest(passage: Passage, order: Order, path: Array, slack: Array) -> Line | None:
+def deepest(passage: Passage, order: Order, path: Array, slack: Array, until: float = math.inf) -> Line | None:
     """The line through a place where the path hits something along which it is furthest to the next free place.
 
     Args:
         order: conditions whose lines are not to come again.
         path, slack: places of the centre of mass [m], (m, 2), and how far from touching the arm is there [m], (m,).
+        until: a deadline, after which the best of the lines looked at is taken.
     """
     shallow = SHALLOW * passage.workspace.size
     bad = np.flatnonzero(slack < -shallow)
@@ -42,11 +45,17 @@ def deepest(passage: Passage, order: Order, path: Array, slack: Array) -> Line |
     reach = 2 * passage.workspace.chain.reach[1]
     step = reach * (np.arange(1, STEPS + 1) / STEPS) ** 2  # finer close to the path
     step = np.concatenate([-step[::-1], step])
-    across = np.array([[-math.sin(line.angle), math.cos(line.angle)] for _, line in lines])
-    r = path[[at for at, _ in lines]][:, None, :] + step[:, None] * across[:, None, :]
-    away = np.min(np.where(passage.sheets.slack(r) >= 0, np.abs(step), np.inf), axis=1)
-    away[np.isinf(away)] = -1.0
-    return lines[int(np.argmax(away))][1] if np.max(away) >= 0 else None
+    found, most = None, -1.0
+    for some in (lines[k : k + AT_ONCE] for k in range(0, len(lines), AT_ONCE)):
+        across = np.array([[-math.sin(line.angle), math.cos(line.angle)] for _, line in some])
+        r = path[[at for at, _ in some]][:, None, :] + step[:, None] * across[:, None, :]
+        away = np.min(np.where(passage.sheets.slack(r) >= 0, np.abs(step), np.inf), axis=1)
+        away[np.isinf(away)] = -1.0
+        if np.max(away) > most:
+            found, most = some[int(np.argmax(away))][1], float(np.max(away))
+        if over(until):
+            break
+    return found
 
 
 def slid(passage: Passage, order: Order, multipliers: Array) -> Line | None:

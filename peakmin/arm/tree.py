@@ -19,6 +19,7 @@ import numpy as np
 from ..arrays import Array
 from ..branch import Certificate
 from ..certify import Leaf
+from ..deadline import over
 from ..exact import extremal
 from ..moments import PointMass
 from ..spec import Maneuver
@@ -180,14 +181,14 @@ class Tree:
         path, slack = self.samples(node.certificate.best.motion.in_units(PointMass.of(node.past)))
         if np.min(slack) >= -A_LITTLE * self.workspace.size and self.passage.keeps:
             self._raise(node, upper)
-        if node.bound >= (1 - self.gap) * upper:
+        if node.bound >= (1 - self.gap) * upper or over(self._until):
             self._closed.append(node)
             return
         line = None
         if np.min(slack) < -SHALLOW * self.workspace.size:
             if np.min(slack) >= -A_LITTLE * self.workspace.size:
                 line = slid(self.passage, node.order, node.certificate.best.multipliers)
-            line = line or deepest(self.passage, node.order, path, slack)
+            line = line or deepest(self.passage, node.order, path, slack, self._until)
         if line is None:
             if node.certificate.complete or node.certificate.nodes >= MORE * BOXES:
                 self._closed.append(node)
