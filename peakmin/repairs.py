@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ import shapely
 
 from .branch import certify
 from .circle import Disc
+from .deadline import over
 from .errors import SpecError
 from .frame import Frame
 from .grid import Aligned
@@ -56,7 +56,7 @@ class Trials:
 
     @property
     def over(self) -> bool:
-        return time.perf_counter() > self.until
+        return over(self.until)
 
     def solve(self, maneuver: Maneuver, settings: Settings | None = None) -> tuple[str, float, float]:
         """Status, peak and bound [m/s^2]; "refused" where the changed maneuver is none."""

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 
+from ..deadline import over
 from ..explain import Explanation
 from ..repairs import Repair, upwards
 from ..spec import Settings
@@ -87,7 +88,7 @@ def _open_again(maneuver: ArmManeuver, fields: tuple[str, ...], settings: Settin
             yield from _solved("margin", text, less, 1 - share, settings)
             break
     for i in range(len(maneuver.obstacles)):
-        if f"obstacles[{i}]" in fields and time.perf_counter() < until:
+        if f"obstacles[{i}]" in fields and not over(until):
             without = _with(maneuver, obstacles=maneuver.obstacles[:i] + maneuver.obstacles[i + 1 :])
             yield from _solved(f"obstacles[{i}]", f"leave out obstacles[{i}]", without, 1.0, settings)
 
