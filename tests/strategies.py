@@ -222,9 +222,9 @@ def mutated(draw, trees, most=3):
             case "replace":
                 inside[key] = deepcopy(draw(hostile_values()))
             case "scale":
-                inside[key] = scaled(
-                    value, draw(st.sampled_from([0.0, -1.0, 1e300, 1e-300, 1e60, 1e-60, 1e6, 1e-6, 3.0]))
-                )
+                factor = draw(st.sampled_from([0.0, -1.0, 1e300, 1e-300, 1e60, 1e-60, 1e6, 1e-6, 3.0]))
+                # a search with all the time in the world would take it
+                inside[key] = scaled(value, min(factor, 1.0) if key == "time_limit" else factor)
             case "drop":
                 del inside[key]
             case "twice" if isinstance(inside, dict):
