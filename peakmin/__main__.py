@@ -1,0 +1,5 @@
+"""`python -m peakmin` is `peakmin`."""
+
+from .cli import main
+
+main()
