@@ -67,7 +67,16 @@ def test_solves(benchmark, name, settings):
     benchmark.extra_info.update(group="oracle", name=f"50 solves, {name}", value=max(plan.peak for plan in found))
 
 
-@pytest.mark.parametrize(("name", "ask"), [("with states (peer)", fresh_states), ("condensed (peer)", fresh)])
+def compiled_anew(tip):
+    """The project's own program of the same, compiled for this query alone."""
+    wall = TRUE.walls[0].model_copy(update={"tip": tuple(tip.tolist())})
+    return float(pm.sweep(TRUE.model_copy(update={"obstacles": (wall,)}), times=[AT]).peak[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "ask"),
+    [("with states (peer)", fresh_states), ("condensed (peer)", fresh), ("of peakmin", compiled_anew)],
+)
 def test_fresh_programs(benchmark, name, ask):
     found = benchmark.pedantic(lambda: [ask(tip) for (tip,) in TIPS], rounds=2, warmup_rounds=1)
     benchmark.extra_info.update(group="at given times", name=f"50 cvxpy problems {name}", value=max(found))

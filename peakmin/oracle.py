@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +14,6 @@ from .bracket import Bracket
 from .compiled import shared
 from .errors import SpecError
 from .least import LeastPeak
-from .moments import PointMass
 from .obstacles import Wall
 from .plan import Plan
 from .search import solve
@@ -25,14 +26,21 @@ class Peaks:
     """Answers to m queries past q walls.
 
     peak, lower_bound: [m/s^2], (m,), infinite and a bound where no control was found;  solved: (m,);
-    obstacle_times: [s], (m, q);  sensitivities: derivatives of each peak, as `Plan.sensitivities`.
+    obstacle_times: [s], (m, q);  queries: their maneuvers;  multipliers: that prove each, (2+q, 2), scaled.
     """
 
     peak: Array
     lower_bound: Array
     solved: Array
     obstacle_times: Array
-    sensitivities: tuple[Sensitivities, ...]
+    queries: tuple[Maneuver, ...]
+    multipliers: tuple[Array, ...]
+
+    @cached_property
+    def sensitivities(self) -> tuple[Sensitivities, ...]:
+        """Derivatives of each peak, as `Plan.sensitivities`."""
+        every = zip(self.queries, self.obstacle_times, self.multipliers, strict=True)
+        return tuple(sensitivities(maneuver, times, multipliers) for maneuver, times, multipliers in every)
 
     @property
     def gap(self) -> Array:
@@ -114,8 +122,8 @@ class PeakOracle:
             found = self.plan(start, goal, duration, walls)
             return found.peak if found.status == "solved" else np.inf
         maneuver = self.query(start, goal, duration, walls)
-        _, bracket = self._at(maneuver, np.asarray(obstacle_times, dtype=float))
-        return bracket.upper * PointMass.of(maneuver).unit
+        _, bracket, unit = self._at(maneuver, np.asarray(obstacle_times, dtype=float))
+        return bracket.upper * unit
 
     def peaks(
         self,
@@ -142,25 +150,27 @@ class PeakOracle:
         sizes = {len(value) for value, depth in given if value is not None and value.ndim > depth}
         if len(sizes) > 1:
             raise SpecError(f"queries: was {sorted(sizes)} of a kind, must be as many of each, or one for all")
-        answers = []
+        queries, answers = [], []
         for k in range(sizes.pop() if sizes else 1):
             one = [None if value is None else value[k] if value.ndim > depth else value for value, depth in given]
-            answers.append(self._answer(self.query(one[0], one[1], one[2], one[3]), one[4]))
-        peak, bound, solved, times, slopes = zip(*answers, strict=True)
-        return Peaks(np.array(peak), np.array(bound), np.array(solved), np.array(times).reshape(len(peak), -1), slopes)
+            queries.append(self.query(one[0], one[1], one[2], one[3]))
+            answers.append(self._answer(queries[-1], one[4]))
+        peak, bound, solved, times, multipliers = zip(*answers, strict=True)
+        placed = np.array(times).reshape(len(peak), -1)
+        return Peaks(np.array(peak), np.array(bound), np.array(solved), placed, tuple(queries), multipliers)
 
-    def _answer(self, maneuver: Maneuver, times: Array | None) -> tuple[float, float, bool, Array, Sensitivities]:
+    def _answer(self, maneuver: Maneuver, times: Array | None) -> tuple[float, float, bool, Array, Array]:
+        """Peak, bound, whether solved, obstacle times and multipliers."""
         if times is None:
             with shared():
                 plan = solve(maneuver, self.settings)
-            return plan.peak, plan.lower_bound, plan.status == "solved", plan.obstacle_times, plan.sensitivities
-        placed, bracket = self._at(maneuver, times)
-        unit, multipliers = PointMass.of(maneuver).unit, bracket.multipliers
-        slopes = sensitivities(maneuver, placed, np.zeros((2 + len(placed), 2)) if multipliers is None else multipliers)
-        return bracket.upper * unit, bracket.lower * unit, bool(np.isfinite(bracket.upper)), placed, slopes
+            return plan.peak, plan.lower_bound, plan.status == "solved", plan.obstacle_times, plan.multipliers
+        placed, bracket, unit = self._at(maneuver, times)
+        multipliers = np.zeros((2 + len(placed), 2)) if bracket.multipliers is None else bracket.multipliers
+        return bracket.upper * unit, bracket.lower * unit, math.isfinite(bracket.upper), placed, multipliers
 
-    def _at(self, maneuver: Maneuver, times: Array) -> tuple[Array, Bracket]:
-        """Times as the grid places them [s], and the bracket [scaled] there."""
+    def _at(self, maneuver: Maneuver, times: Array) -> tuple[Array, Bracket, float]:
+        """Times as the grid places them [s], the bracket there [scaled] and the unit of its ends [m/s^2]."""
         walls_only(maneuver, "given obstacle times")
         inside = times.shape == (len(maneuver.walls),) and np.all(np.diff([0.0, *times, maneuver.duration]) > 0)
         if not inside:
@@ -168,7 +178,7 @@ class PeakOracle:
             raise SpecError(f"obstacle_times: was {times.tolist()}, must be {rising}")
         with shared():
             least = LeastPeak(maneuver, self.settings)
-            return least.place(times) * least.mass.time, least(times)
+            return least.place(times) * least.mass.time, least(times), least.mass.unit
 
     def _walls(self, walls: list[Wall] | ArrayLike) -> tuple[object, ...]:
         if isinstance(walls, list | tuple) and all(isinstance(wall, Wall) for wall in walls):
