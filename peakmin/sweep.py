@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import math
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array
-from .bracket import Bracket
 from .certify import Proof
 from .deadline import after, over
 from .errors import SpecError
@@ -121,9 +119,8 @@ def sweep(
     until = after(settings.time_limit)
     least = LeastPeak(maneuver, settings, until=until)
     brackets = []
-    until = began + (settings.time_limit or math.inf)
     for done, point in enumerate(points, 1):
-        brackets.append(least(point) if done == 1 or time.perf_counter() < until else Bracket())
+        brackets.append(least(point))
         if progress:
             progress(done, len(points))
         if over(until):
