@@ -32,7 +32,7 @@ def example(name):
 
 
 HARD = {
-    "speed": (OVER_UNDER_OVER.model_copy(update={"max_speed": 2.6}), {}),
+    "speed": (OVER_UNDER_OVER.model_copy(update={"max_speed": 2.5}), {}),
     "uniform": (OVER_UNDER_OVER, {"grid": pm.Uniform(steps=400), "circle": pm.Polygon(segments=9)}),
     "sweep": (OVER_UNDER_OVER, {"search": pm.SweepSearch(), "method": PLAIN}),
     "refine": (OVER_UNDER_OVER, {"search": pm.RefineSearch()}),

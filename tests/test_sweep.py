@@ -95,8 +95,8 @@ def test_a_failing_solver_changes_nothing_and_another_answers(monkeypatch):
 
     solve = program._Program.solve
 
-    def broken(self, solver, *limit):
-        answer = solve(self, solver, *limit)
+    def broken(self, solver, until):
+        answer = solve(self, solver, until)
         return program.Answer(status="failed") if solver.startswith("CLARABEL") else answer
 
     monkeypatch.setattr(program._Program, "solve", broken)
@@ -104,7 +104,7 @@ def test_a_failing_solver_changes_nothing_and_another_answers(monkeypatch):
     plan = pm.sweep(maneuver, pm.Settings(**PAPER), times=[0.5]).best
     assert plan.status == "solved"
     assert plan.made.compilations == 2  # CLARABEL, then HIGHS
-    monkeypatch.setattr(program._Program, "solve", lambda *_: program.Answer(status="failed"))
+    monkeypatch.setattr(program._Program, "solve", lambda self, solver, until: program.Answer(status="failed"))
     nothing = pm.sweep(maneuver, pm.Settings(**PAPER), times=[0.5]).best
     assert nothing.status == "unknown"
     assert nothing.trajectory is None
