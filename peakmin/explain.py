@@ -1,8 +1,8 @@
 """Why there is no plan, in the spec's own words: which entries conflict, and what would help, each tried out.
 
 A conflict is made smallest by leaving out entries as long as the rest is still proved impossible: all choices where
-there are few entries, one after another where there are many. A repair changes one entry as little as it takes, to
-three digits, and counts only if the changed maneuver was solved.
+there are few entries; where there are many, all single ones and pairs, then one after another. A repair changes one
+entry as little as it takes, to three digits, and counts only if the changed maneuver was solved.
 """
 
 from __future__ import annotations
@@ -23,11 +23,15 @@ TIME_LIMIT = 60.0  # s
 
 @dataclass(frozen=True)
 class Explanation:
-    """Entries that cannot all be kept, why, and repairs, the smallest change first."""
+    """Entries that cannot all be kept, why, and repairs, the smallest change first.
+
+    complete: whether there was time to look for the fewest entries and for all repairs.
+    """
 
     conflict: tuple[str, ...]
     because: str
     repairs: tuple[Repair, ...]
+    complete: bool = True
 
     def document(self) -> dict[str, Any]:
         """As plain JSON data, each repair with its whole maneuver."""
@@ -35,13 +39,15 @@ class Explanation:
             {"field": one.field, "text": one.text, "peak": one.peak, "maneuver": json.loads(one.maneuver.to_json())}
             for one in self.repairs
         ]
-        return {"conflict": list(self.conflict), "because": self.because, "repairs": repairs}
+        answer = {"conflict": list(self.conflict), "because": self.because, "repairs": repairs}
+        return answer | {"complete": self.complete}
 
     def __str__(self) -> str:
         said = (
             "; or ".join(repair.text for repair in self.repairs) or "no change of a single entry was found that helps"
         )
-        return f"{', '.join(self.conflict)} conflict: {self.because}\n{said}"
+        late = "" if self.complete else "\n(the time was over before fewer entries and other changes were looked for)"
+        return f"{', '.join(self.conflict)} conflict: {self.because}\n{said}{late}"
 
 
 def explain(maneuver: Maneuver, settings: Settings | None = None, time_limit: float = TIME_LIMIT) -> Explanation | None:
@@ -58,11 +64,13 @@ def explain(maneuver: Maneuver, settings: Settings | None = None, time_limit: fl
     if not trials.refuted(maneuver):
         return None
     kept = _smallest(maneuver, trials)
-    reduced = _only(maneuver, kept)
+    fewest, reduced = not trials.over, _only(maneuver, kept)
+    if maneuver.margin and reduced.blocks and not trials.refuted(changed(reduced, margin=0.0)):
+        kept.append("margin")
     shown = impossible(reduced)
     if shown is not None:
         fields, because = tuple(dict.fromkeys(kept + [f for f in shown.fields if f == "duration"])), shown.because
-        because = _renamed(because, maneuver, reduced)
+        because = _renamed(because, kept)
     else:
         fields = (*kept, "duration")
         past = [name for name in kept if name.startswith("obstacles")]
@@ -71,7 +79,8 @@ def explain(maneuver: Maneuver, settings: Settings | None = None, time_limit: fl
             f"max_peak {maneuver.max_peak:.6g} m/s² is below {bound:.6g} m/s², the least that any control needs in "
             f"{maneuver.duration:.6g} s" + (f" past {', '.join(past)}" if past else "")
         )
-    return Explanation(fields, because, tuple(sorted(repairs(maneuver, fields, trials), key=lambda one: one.cost)))
+    found = sorted(repairs(maneuver, fields, trials), key=lambda one: one.cost)
+    return Explanation(fields, because, tuple(found), fewest and not trials.over)
 
 
 def _entries(maneuver: Maneuver) -> list[str]:
@@ -94,9 +103,13 @@ def _smallest(maneuver: Maneuver, trials: Trials) -> list[str]:
     if len(entries) <= FEW:
         for count in range(1, len(entries)):
             for kept in itertools.combinations(entries, count):
-                if trials.refuted(_only(maneuver, list(kept))):
+                if not trials.over and trials.refuted(_only(maneuver, list(kept))):
                     return list(kept)
         return entries
+    for count in (1, 2):
+        for kept in itertools.combinations(entries, count):
+            if not trials.over and trials.refuted(_only(maneuver, list(kept))):
+                return list(kept)
     kept_so_far = entries
     for name in entries:
         fewer = [other for other in kept_so_far if other != name]
@@ -105,9 +118,9 @@ def _smallest(maneuver: Maneuver, trials: Trials) -> list[str]:
     return kept_so_far
 
 
-def _renamed(text: str, maneuver: Maneuver, reduced: Maneuver) -> str:
+def _renamed(text: str, kept: list[str]) -> str:
     """Indices of the reduced maneuver's obstacles as those of the whole one."""
-    for k in range(len(reduced.obstacles) - 1, -1, -1):
-        i = next(i for i, one in enumerate(maneuver.obstacles) if one is reduced.obstacles[k])
-        text = text.replace(f"obstacles[{k}]", f"obstacles<{i}>")
+    names = [name for name in kept if name.startswith("obstacles")]
+    for k in range(len(names) - 1, -1, -1):
+        text = text.replace(f"obstacles[{k}]", names[k].replace("[", "<").replace("]", ">"))
     return text.replace("<", "[").replace(">", "]")

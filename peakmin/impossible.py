@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrays import Array
-from .obstacles import Wall
+from .obstacles import Block, Wall
 from .spec import Maneuver
 
 SLACK = 1e-9  # relative: by how much lengths and areas are counted against the verdict
+ULPS = 64  # units in the last place of coordinates, likewise
+COARSEST = 1e-3  # of the region: where that is more, nothing is said
 
 
 @dataclass(frozen=True)
@@ -79,8 +81,8 @@ def _too_far(maneuver: Maneuver) -> Impossible | None:
     way, most = least_way(maneuver), maneuver.max_speed * maneuver.duration
     if not way > most * (1 + SLACK):
         return None
-    walls = tuple(_named(maneuver, wall) for wall in maneuver.walls)
-    past = f" past {_listed(walls)}" if walls else ""
+    walls = _names(maneuver, Wall)
+    past = f" past {' and '.join(walls)}" if walls else ""
     because = f"the way{past} is at least {way:.6g} m long, max_speed {maneuver.max_speed:.6g} m/s allows {most:.6g} m"
     return Impossible(("max_speed", "duration", *walls), f"{because} in {maneuver.duration:.6g} s")
 
@@ -90,14 +92,15 @@ def _cut_off(maneuver: Maneuver) -> Impossible | None:
         return None
     import shapely
 
-    region = shapely.Polygon(maneuver.region)
+    # seen from the start, so that places far from the origin are as exact as their numbers
+    start = np.array(maneuver.start.position)
+    region = shapely.Polygon(np.array(maneuver.region) - start)
     size = math.hypot(*np.ptp(np.array(maneuver.region), axis=0))
-    for wall in maneuver.walls:
-        tip, free = np.array(wall.tip), -np.array(wall.direction) / math.hypot(*wall.direction)
+    for wall, name in zip(maneuver.walls, _names(maneuver, Wall), strict=True):
+        tip, free = np.array(wall.tip) - start, -np.array(wall.direction) / math.hypot(*wall.direction)
         far = size + region.distance(shapely.Point(tip))
         part = shapely.LineString([tip, tip + min(_width(wall), 2 * far) * free])
-        if part.distance(region) > SLACK * (far + float(np.max(np.abs(tip)))):
-            name = _named(maneuver, wall)
+        if part.distance(region) > SLACK * (far + float(np.max(np.abs(tip)))) + _rounding(maneuver):
             return Impossible(("region", name), f"the free part of the line of {name} lies outside of the region")
     return None
 
@@ -107,23 +110,31 @@ def _closed(maneuver: Maneuver) -> Impossible | None:
         return None
     import shapely
 
+    start = np.array(maneuver.start.position)
     size = math.hypot(*np.ptp(np.array(maneuver.region), axis=0))
-    grown = [shapely.Polygon(block.vertices).buffer(maneuver.margin, quad_segs=32) for block in maneuver.blocks]
+    slack = SLACK * size + _rounding(maneuver)
+    if slack > COARSEST * size:
+        return None
     # a little is given away on every side: what only touches may be passed between
-    room = shapely.Polygon(maneuver.region).buffer(SLACK * size)
-    left = shapely.difference(room, shapely.union_all(grown).buffer(-SLACK * size))
-    ends = [shapely.Point(state.position) for state in (maneuver.start, maneuver.goal)]
-    near = 2 * SLACK * size
+    shrunk = [
+        shapely.Polygon(np.array(block.vertices) - start).buffer(maneuver.margin, quad_segs=32).buffer(-slack)
+        for block in maneuver.blocks
+    ]
+    room = shapely.Polygon(np.array(maneuver.region) - start).buffer(slack)
+    left = shapely.difference(room, shapely.union_all(shrunk))
+    ends = [shapely.Point(np.array(state.position) - start) for state in (maneuver.start, maneuver.goal)]
     for part in getattr(left, "geoms", [left]):
-        if part.distance(ends[0]) <= near and part.distance(ends[1]) <= near:
+        if all(part.distance(end) <= 2 * slack for end in ends):
             return None
-    fields = [_named(maneuver, block) for block in maneuver.blocks] + (["margin"] if maneuver.margin else [])
+    fields = (*_names(maneuver, Block), *(["margin"] if maneuver.margin else []))
     return Impossible(("region", *fields), "the obstacles close the region between start and goal")
 
 
-def _named(maneuver: Maneuver, one: object) -> str:
-    return f"obstacles[{next(i for i, other in enumerate(maneuver.obstacles) if other is one)}]"
+def _rounding(maneuver: Maneuver) -> float:
+    """What coordinates far from the origin leave open [m]."""
+    places = [maneuver.start.position, maneuver.goal.position, *(maneuver.region or ())]
+    return ULPS * float(np.finfo(float).eps) * float(np.max(np.abs(np.array(places))))
 
 
-def _listed(names: tuple[str, ...]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+def _names(maneuver: Maneuver, kind: type[Wall] | type[Block]) -> tuple[str, ...]:
+    return tuple(f"obstacles[{i}]" for i, one in enumerate(maneuver.obstacles) if isinstance(one, kind))

@@ -146,7 +146,13 @@ class PeakOracle:
             SpecError: when shapes do not go together, or as for `plan`.
         """
         asked = ((start, 1), (goal, 1), (duration, 0), (tips, 2), (obstacle_times, 1))
-        given = [(None if value is None else np.asarray(value, dtype=float), depth) for value, depth in asked]
+        try:
+            given = [(None if value is None else np.asarray(value, dtype=float), depth) for value, depth in asked]
+        except (TypeError, ValueError):
+            raise SpecError("queries: was something else, must be arrays of numbers") from None
+        if any(value is not None and value.ndim not in (depth, depth + 1) for value, depth in given):
+            shapes = [None if value is None else value.shape for value, _ in given]
+            raise SpecError(f"queries: was of shapes {shapes}, must be one for all, or one each along the first axis")
         sizes = {len(value) for value, depth in given if value is not None and value.ndim > depth}
         if len(sizes) > 1:
             raise SpecError(f"queries: was {sorted(sizes)} of a kind, must be as many of each, or one for all")
@@ -155,6 +161,9 @@ class PeakOracle:
             one = [None if value is None else value[k] if value.ndim > depth else value for value, depth in given]
             queries.append(self.query(one[0], one[1], one[2], one[3]))
             answers.append(self._answer(queries[-1], one[4]))
+        if not answers:
+            none = np.zeros(0)
+            return Peaks(none, none, none.astype(bool), np.zeros((0, len(self.maneuver.walls))), (), ())
         peak, bound, solved, times, multipliers = zip(*answers, strict=True)
         placed = np.array(times).reshape(len(peak), -1)
         return Peaks(np.array(peak), np.array(bound), np.array(solved), placed, tuple(queries), multipliers)
@@ -196,7 +205,10 @@ class PeakOracle:
 def _state(name: str, given: State | ArrayLike) -> State:
     if isinstance(given, State):
         return given
-    numbers = np.asarray(given, dtype=float)
+    try:
+        numbers = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise SpecError(f"{name}: was {str(given)[:60]}, must be two or four numbers") from None
     if numbers.shape not in ((2,), (4,)):
         raise SpecError(f"{name}: was of shape {numbers.shape}, must be (2,), at rest, or (4,), with its velocity")
     return State(position=numbers[:2], velocity=numbers[2:] if len(numbers) == 4 else (0.0, 0.0))

@@ -13,7 +13,7 @@ import shapely
 
 from .branch import certify
 from .circle import Disc
-from .deadline import over
+from .deadline import left, over
 from .errors import SpecError
 from .frame import Frame
 from .grid import Aligned
@@ -26,6 +26,7 @@ from .spec import Exact, Maneuver, Settings
 if TYPE_CHECKING:
     from .arm.maneuver import ArmManeuver
 
+LEAST = 0.05  # s, of a solve
 FINEST = 1e-3  # relative: to which the least change is looked for; what is said is rounded up to three digits
 ROUGH = 1e-2  # the same with blocks, a region or a speed
 COARSE, STEPS = 40, 4  # holds of a quick look; changes that are tried with the real settings, each a little larger
@@ -60,8 +61,12 @@ class Trials:
 
     def solve(self, maneuver: Maneuver, settings: Settings | None = None) -> tuple[str, float, float]:
         """Status, peak and bound [m/s^2]; "refused" where the changed maneuver is none."""
+        settings, rest = settings or self.settings, left(self.until)
+        if math.isfinite(rest):  # no solve goes on for longer than all of them may
+            limit = min(max(rest, LEAST), settings.time_limit or math.inf)
+            settings = settings.model_copy(update={"time_limit": limit})
         try:
-            plan = solve(maneuver, settings or self.settings)
+            plan = solve(maneuver, settings)
         except SpecError:
             return "refused", math.inf, 0.0
         return plan.status, plan.peak, plan.lower_bound
@@ -112,22 +117,24 @@ class Trials:
         field: str,
         x: float | None,
         change: Callable[[float], Maneuver | None],
-        text: str,
+        text: Callable[[str], str],
         cost: Callable[[float], float],
+        most: int = STEPS,
     ) -> Iterator[Repair]:
         """The change by x rounded up, or by a little more where the settings' own control needs it, if that is solved.
 
         Args:
-            text: with a place for x.
+            text: of x in words;  most: how often a little more is tried.
         """
-        for _ in range(STEPS if x is not None else 0):
-            assert x is not None
+        for _ in range(most):
+            if x is None or self.over:
+                return
             x = upwards(x)
             maneuver = change(x)
             if maneuver is not None:
                 status, peak, _ = self.solve(maneuver)
                 if status == "solved":
-                    yield Repair(field, text.format(f"{x:.6g}"), maneuver, peak, cost(x))
+                    yield Repair(field, text(f"{x:.6g}"), maneuver, peak, cost(x))
                     return
             x *= 1 + (5 * FINEST if maneuver is None or maneuver.simple else 2 * ROUGH)
 
@@ -159,17 +166,17 @@ def repairs(maneuver: Maneuver, fields: tuple[str, ...], trials: Trials) -> Iter
     if "max_peak" in fields and M is not None:
         _, peak, _ = trials.solve(changed(maneuver, max_peak=None))
         raised = functools.partial(_with, maneuver, "max_peak")
-        yield from trials.repair("max_peak", peak, raised, "raise max_peak to {} m/s²", lambda x: x / M - 1)
+        yield from trials.repair("max_peak", peak, raised, "raise max_peak to {} m/s²".format, lambda x: x / M - 1)
     if "duration" in fields:
         longer = functools.partial(_with, maneuver, "duration")
         x = trials.least(longer, D, 0.1 * D, MOST * D)
         yield from trials.repair(
-            "duration", x, longer, f"duration {D:.6g} s is too short: {{}} s would do", lambda x: x / D - 1
+            "duration", x, longer, f"duration {D:.6g} s is too short: {{}} s would do".format, lambda x: x / D - 1
         )
     if "max_speed" in fields and v is not None:
         faster, slowest = functools.partial(_with, maneuver, "max_speed"), least_way(maneuver) / D
         x = trials.least(faster, slowest, 0.1 * slowest, MOST * slowest)
-        yield from trials.repair("max_speed", x, faster, "raise max_speed to {} m/s", lambda x: x / v - 1)
+        yield from trials.repair("max_speed", x, faster, "raise max_speed to {} m/s".format, lambda x: x / v - 1)
     yield from _places(maneuver, fields, trials)
 
 
@@ -188,24 +195,34 @@ def _places(maneuver: Maneuver, fields: tuple[str, ...], trials: Trials) -> Iter
             back = functools.partial(_drawn_back, maneuver, i)
             verb = "lower" if one.direction[0] == 0 and one.direction[1] < 0 else "draw back"
             x = trials.least(back, 0.0, first, most)
-            yield from trials.repair(f"{name}.tip", x, back, f"{verb} {name}.tip by {{}} m", lambda x: x / size)
+            wider = "" if one.opening is None else ", its opening as much wider"
+            yield from trials.repair(
+                f"{name}.tip", x, back, f"{verb} {name}.tip by {{}} m{wider}".format, lambda x: x / size
+            )
         elif name in fields:
             rest = tried(maneuver, obstacles=maneuver.obstacles[:i] + maneuver.obstacles[i + 1 :])
-            yield from trials.repair(name, 1.0, lambda x, rest=rest: rest, f"leave out {name}", lambda x: 1.0)  # type: ignore[misc]
+            words = f"leave out {name}".format
+            yield from trials.repair(name, 1.0, lambda x, rest=rest: rest, words, lambda x: 1.0, most=1)  # type: ignore[misc]
     if margin and any(name.startswith("obstacles") for name in fields):
 
         def nearer(x: float) -> Maneuver | None:
             return tried(maneuver, margin=max(margin - x, 0.0))
 
         x = trials.least(nearer, 0.0, margin / 8, margin)
-        yield from trials.repair("margin", x, nearer, "lower margin by {} m", lambda x: x / margin)
+
+        def words_of(x: str) -> str:
+            return f"lower margin to {max(margin - float(x), 0.0):.6g} m"
+
+        yield from trials.repair("margin", x, nearer, words_of, lambda x: min(x / margin, 1.0))
     if "region" in fields:
 
         def grown(x: float) -> Maneuver | None:
             return tried(maneuver, region=_grown(maneuver, x))
 
         x = trials.least(grown, 0.0, first, most)
-        yield from trials.repair("region", x, grown, "move the edges of region outward by {} m", lambda x: x / size)
+        yield from trials.repair(
+            "region", x, grown, "move the edges of region outward by {} m".format, lambda x: x / size
+        )
 
 
 def _drawn_back(maneuver: Maneuver, i: int, x: float) -> Maneuver | None:

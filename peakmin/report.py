@@ -63,8 +63,9 @@ def report(plan: Plan | ArmPlan, title: str = "peakmin") -> str:
 
 def _rows(plan: Plan | ArmPlan) -> list[tuple[str, str, str, str]]:
     """Id, name, number and unit."""
+    of = "peak acceleration" if plan.status == "solved" else "peak of the path found, which is not as asked"
     rows = [
-        ("peak", "peak acceleration", f"{plan.peak:.9g}", "m/s²"),
+        ("peak", of, f"{plan.peak:.9g}", "m/s²"),
         ("lower_bound", "no motion has less than", f"{plan.lower_bound:.9g}", "m/s²"),
         ("gap", "gap", f"{plan.gap:.2e}", "of the peak"),
         ("peak_force", "peak base reaction force", f"{plan.peak_force:.9g}", "N"),

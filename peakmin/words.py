@@ -59,13 +59,14 @@ def opening(plan: Plan | ArmPlan, bounded: str) -> list[str]:
     """Status, peak, max_peak, bound (of what) and gap."""
     found = math.isfinite(plan.peak)
     head = f"peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N" if found else "no motion"
-    lines = [f"{plan.status}: {head}"]
+    other = "the path found, which does not keep all that was asked, has " if found and plan.status != "solved" else ""
+    lines = [f"{plan.status}: {other}{head}"]
     limit = plan.maneuver.max_peak
     if limit is not None and plan.status != "solved":
         proved = "nothing keeps it (proved)" if plan.status == "infeasible" else "not proved to be impossible"
         lines.append(f"  max_peak        {limit:.9g} m/s²: {proved}")
     lines.append(f"  lower bound     {plan.lower_bound:.9g} m/s² for {bounded}")
-    if found:
+    if found and plan.peak >= plan.lower_bound * (1 - 1e-9):
         lines.append(f"  gap             {plan.gap:.2e} of the peak")
     return lines
 

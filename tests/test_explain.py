@@ -2,6 +2,7 @@
 
 import json
 import re
+import time
 
 import numpy as np
 import pytest
@@ -113,6 +114,41 @@ def test_a_touching_pair_of_blocks_does_not_close_a_region():
     assert impossible(maneuver(region=STRIP, obstacles=halves)) is None
     overlapping = [halves[0], pm.Block(vertices=[(0.49, 0.04), (0.6, 0.04), (0.6, 0.3), (0.49, 0.3)])]
     assert impossible(maneuver(region=STRIP, obstacles=overlapping)).fields[0] == "region"
+
+
+@pytest.mark.parametrize(("far", "size"), [(0.0, 1.0), (5.4e6, 0.1), (1e6, 1e-6), (1e6, 1.0)])
+def test_places_far_from_the_origin_close_nothing(far, size):
+    def at(*corners):
+        return [(far + x * size, far + y * size) for x, y in corners]
+
+    ends = {name: pm.State(position=place) for name, place in zip(("start", "goal"), at((0, 0), (2, 0)), strict=True)}
+    block = pm.Block(vertices=at((0.5, -1), (1.5, -1), (1.5, 0.5), (0.5, 0.5)))
+    region = at((-1, -1), (3, -1), (3, 1), (-1, 1))
+    assert impossible(maneuver(**ends, obstacles=[block], region=region)) is None
+    if size > 1e-3:
+        closed = pm.Block(vertices=at((0.5, -2), (1.5, -2), (1.5, 2), (0.5, 2)))
+        assert impossible(maneuver(**ends, obstacles=[closed], region=region)) is not None
+
+
+def test_a_gap_of_just_the_margin_on_both_sides_does_not_close_a_region():
+    pair = [pm.Block(vertices=[(0.4, s * 0.0625), (0.5, s * 0.0625), (0.5, s), (0.4, s)]) for s in (-1.0, 1.0)]
+    assert impossible(maneuver(region=STRIP, obstacles=pair, margin=0.0625)) is None
+    assert impossible(maneuver(region=STRIP, obstacles=pair, margin=0.063)).fields[-1] == "margin"
+
+
+def test_the_same_wall_twice_keeps_its_names():
+    wall = pm.Wall(tip=(0.3, 0.9), direction=(1, -1))
+    shown = impossible(maneuver(obstacles=[wall, pm.Wall(tip=(0.5, 0.2)), wall], max_speed=1.2))
+    assert shown.fields[2:] == ("obstacles[0]", "obstacles[1]", "obstacles[2]")
+
+
+def test_an_explanation_keeps_its_time():
+    walls = [pm.Wall(tip=(0.1 * k, 0.3 * (-1) ** k), direction=(0, (-1) ** (k + 1))) for k in range(1, 7)]
+    began = time.process_time()
+    why = pm.explain(maneuver(obstacles=walls, max_peak=5), pm.Settings(time_limit=1))
+    assert time.process_time() - began < 4
+    assert not why.complete
+    assert "time was over" in str(why)
 
 
 @pytest.mark.parametrize(("x", "up"), [(1.2643, 1.27), (8.537415, 8.54), (0.03091, 0.031), (1.0, 1.0), (99.91, 100.0)])

@@ -65,6 +65,8 @@ def test_programs_are_compiled_once_for_each_thread():
         ({"start": [0, 0, 0]}, r"^start: was of shape \(3,\)"),
         ({"tips": [[0, 1], [1, 1]]}, r"^tips: was of shape \(2, 2\)"),
         ({"duration": [1, 2], "start": [[0, 0]] * 3}, r"^queries: was \[2, 3\]"),
+        ({"duration": [[1], [2]]}, r"^queries: was of shapes"),
+        ({"start": pm.State(position=(0, 0))}, r"^queries: was something else"),
         ({"duration": -1}, r"^duration: was -1.0"),
         ({"goal": [np.nan, 0]}, r"^position\[0\]: was nan"),
     ],
@@ -89,3 +91,10 @@ def test_queries_at_given_times_are_sweeps():
             assert found.sensitivities[0].obstacle_times[0] == pytest.approx(slope, rel=1e-3)
     with pytest.raises(pm.SpecError, match=r"^obstacle_times: was \[1.5\], must be 1 times that increase"):
         oracle.peak(obstacle_times=[1.5])
+
+
+def test_no_queries_have_no_answers():
+    found = pm.PeakOracle(MANEUVER).peaks(goal=np.zeros((0, 2)))
+    assert found.peak.shape == (0,)
+    assert found.obstacle_times.shape == (0, 1)
+    assert found.sensitivities == ()
