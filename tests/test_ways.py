@@ -1,0 +1,395 @@
+"""The ways past blocks: strips, gaps and their order, against points of the plane and paths drawn by hand."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+import peakmin as pm
+from peakmin.cells import Cells, Gap
+from peakmin.certify import Leaf
+from peakmin.exact import extremal
+from peakmin.moments import PointMass
+from peakmin.obstacles import convex, covers
+from peakmin.ways import Branch, WaysProof, covered
+
+from .conftest import wall_maneuver
+from .random_scenes import scene
+
+
+def box(left, right, low, high, **more):
+    return pm.Block(vertices=[(left, low), (right, low), (right, high), (left, high)], **more)
+
+
+def past(*blocks, **more):
+    return wall_maneuver(obstacles=blocks, **more)
+
+
+TWO = past(box(0.2, 0.4, -0.5, 0.2), box(0.6, 0.8, -0.2, 0.5))
+inf = math.inf
+
+
+def test_strips_and_gaps_of_two_boxes():
+    cells = Cells(TWO)
+    np.testing.assert_allclose(cells.lines, [0, 0.2, 0.4, 0.6, 0.8, 1])
+    sections = [[gap.at(x + 0.1) for gap in gaps] for x, gaps in zip(cells.lines, cells.gaps, strict=False)]
+    whole = [(-inf, inf)]
+    expected = [whole, [(-inf, -0.5), (0.2, inf)], whole, [(-inf, -0.2), (0.5, inf)], whole]
+    for one, other in zip(sections, expected, strict=True):
+        np.testing.assert_allclose(one, other)
+    assert cells.size == 1
+    assert cells.length == 1
+    assert cells.ways == ((0,), (0, 1), (0,), (0, 1), (0,))
+    assert Cells(past(box(0.2, 0.4, -7, 0.2))).size == 7
+
+
+def test_gaps_are_between_their_edges():
+    assert Gap((1.0, 2.0), (5.0, -1.0)).at(3.0) == (7.0, 2.0)
+    assert Gap((-inf, 0.0), (inf, 0.0)).at(3.0) == (-inf, inf)
+    assert Gap((-inf, 7.0), (5.0, 1.0)).at(-2.0) == (-inf, 3.0)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_points_are_in_a_gap_where_they_are_free(seed):
+    """Random scenes, turned and displaced, sides left out: a point between start and goal is free or in no gap."""
+    maneuver = scene(seed)
+    maneuver = maneuver.model_copy(
+        update={"obstacles": tuple(b.model_copy(update={"side": "either"}) for b in maneuver.blocks)}
+    )
+    cells, rng = Cells(maneuver), np.random.default_rng(seed)
+    start, goal = np.array(maneuver.start.position), np.array(maneuver.goal.position)
+    along = (goal - start) / np.hypot(*(goal - start))
+    across = np.array([-along[1], along[0]])
+    solid = shapely.union_all([shapely.Polygon(b.vertices).buffer(maneuver.margin) for b in maneuver.blocks])
+    for _ in range(60):
+        x, y = rng.uniform(0, cells.length), rng.normal() * 0.3 * cells.length
+        k = int(np.searchsorted(cells.lines, x)) - 1
+        gaps = [g for g, gap in enumerate(cells.gaps[k]) if gap.at(x)[0] <= y <= gap.at(x)[1]]
+        distance = solid.boundary.distance(shapely.Point(start + x * along + y * across))
+        if distance > 1e-3 * cells.length:
+            assert len(gaps) == (0 if solid.contains(shapely.Point(start + x * along + y * across)) else 1)
+
+
+@pytest.mark.parametrize(("side", "gaps"), [("left", [1]), ("right", [0]), ("either", [0, 1])])
+def test_sides_leave_their_gaps(side, gaps):
+    sections = [(-inf, -0.1), (0.3, inf)]
+    cells = Cells(past(box(0.4, 0.6, -0.1, 0.3, side=side)))
+    np.testing.assert_allclose([gap.at(0.5) for gap in cells.gaps[1]], [sections[g] for g in gaps])
+    # as far as the margin reaches beyond its ends
+    wide = Cells(past(box(0.4, 0.6, -0.1, 0.3, side=side), margin=0.05))
+    assert len(wide.gaps[1]) == len(gaps)
+    assert wide.lines[1] == pytest.approx(0.35)
+
+
+def test_a_side_counts_for_other_gaps_too():
+    """Below a block that is passed on the left no gap of another block is left."""
+    cells = Cells(past(box(0.3, 0.5, 0.1, 0.3, side="left"), box(0.3, 0.5, -0.3, -0.1)))
+    assert [gap.at(0.4)[0] for gap in cells.gaps[1]] == pytest.approx([0.3])
+    cells = Cells(past(box(0.3, 0.5, 0.1, 0.3), box(0.3, 0.5, -0.3, -0.1, side="right")))
+    assert [gap.at(0.4)[1] for gap in cells.gaps[1]] == pytest.approx([-0.3])
+
+
+def test_lines_closer_than_rounding_are_one():
+    near = Cells(past(box(0.2, 0.4, -0.5, 0.2), box(0.4 + 1e-14, 0.6, -0.5, 0.2)))
+    np.testing.assert_allclose(near.lines, [0, 0.2, 0.4, 0.6, 1])
+    ends = Cells(past(box(0.5, 1 - 1e-14, 0.1, 0.2), box(1e-14, 0.3, 0.1, 0.2)))
+    np.testing.assert_allclose(ends.lines, [0, 0.3, 0.5, 1], atol=1e-13)
+    behind = Cells(past(box(-0.5, -0.2, 0.1, 0.2), box(1.2, 1.4, 0.1, 0.2), box(0.5, 0.6, 0.1, 0.2)))
+    np.testing.assert_allclose(behind.lines, [0, 0.5, 0.6, 1])
+
+
+def test_walls_have_a_line_of_their_own():
+    wall = pm.Wall(tip=(0.7, 0.3), opening=0.4)
+    cells = Cells(past(box(0.2, 0.4, -0.5, 0.2), wall))
+    np.testing.assert_allclose(cells.lines, [0, 0.2, 0.4, 0.7, 1])
+    assert cells.fixed == [(cells.lines[3], 2)]
+    way = cells.ways
+    np.testing.assert_allclose(cells.interval(way, (0.7, 2)), (0.3, 0.7))
+    np.testing.assert_allclose(cells.interval(way, (0.7, 3)), (0.3, 0.7))
+    assert cells.interval(way, (0.5, 2)) == (-inf, inf)
+    hanging = Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.7, 0.3), direction=(0, 2), opening=0.4)))
+    np.testing.assert_allclose(hanging.interval(way, (0.7, 2)), (-0.1, 0.3))
+    endless = Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.7, 0.3), direction=(0, 2))))
+    np.testing.assert_allclose(endless.interval(way, (0.7, 2)), (-inf, 0.3))
+    on_edge = Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.4 + 1e-14, 0.1))))
+    assert on_edge.fixed[0][0] in on_edge.lines
+    assert len(on_edge.lines) == 4
+    np.testing.assert_allclose(on_edge.interval(on_edge.ways, on_edge.fixed[0]), (0.2, inf))
+
+
+@pytest.mark.parametrize(
+    "wall",
+    [
+        pm.Wall(tip=(0.7, 0.3), direction=(1e-6, -1)),
+        pm.Wall(tip=(0.7, 0.3), contact="touch"),
+    ],
+)
+def test_walls_that_are_refused(wall):
+    with pytest.raises(pm.SpecError):
+        _ = Cells(past(box(0.2, 0.4, -0.5, 0.2), wall)).walls
+    for x in (0.0, 1.0, 1.5, -0.5):
+        with pytest.raises(pm.SpecError):
+            _ = Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(x, 0.3)))).walls
+    assert len(Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.7, 0.3), direction=(1e-12, -1)))).walls) == 1
+
+
+POCKET = [(0.4, -0.5), (0.8, -0.5), (0.8, 0.5), (0.4, 0.5), (0.4, 0.3), (0.6, 0.3), (0.6, -0.3), (0.4, -0.3)]
+
+
+def test_a_way_leads_through_gaps_that_meet_and_into_no_pocket():
+    """A slit that leads into a pocket, open to the left only: no way but around the slit's walls."""
+    cells = Cells(past(box(0.2, 0.4, -50, -0.1), box(0.2, 0.4, 0.1, 50), pm.Block(vertices=POCKET)))
+    assert [len(gaps) for gaps in cells.gaps] == [1, 3, 3, 2, 1]
+    assert cells.follow[1] == [frozenset({0, 2}), frozenset({1}), frozenset({0, 2})]
+    assert cells.follow[2] == [frozenset({0, 1}), frozenset(), frozenset({0, 1})]
+    assert cells.ways == ((0,), (0, 2), (0, 2), (0, 1), (0,))
+    assert cells.through(((0,), (1,), (0, 1, 2), (0, 1), (0,))) is None
+    assert cells.through(((0,), (0, 1), (1, 2), (1,), (0,))) == ((0,), (0,), (2,), (1,), (0,))
+    assert cells.through(((0,), (), (0, 2), (0, 1), (0,))) is None
+
+
+def test_corners_that_touch_meet_and_what_lies_behind_a_wall_does_not():
+    meeting = Cells(past(box(0.2, 0.4, -50, 0.1), box(0.4, 0.6, 0.1, 50)))
+    assert meeting._meet(1, 1, 2, 0)
+    assert meeting._meet(2, 0, 1, 1)
+    assert Cells(past(box(0.2, 0.4, -1, 0.1 + 1e-13), box(0.4, 0.6, 0.1, 1)))._meet(1, 1, 2, 0)
+    assert not Cells(past(box(0.2, 0.4, -1, 0.1 + 1e-11), box(0.4, 0.6, 0.1, 1)))._meet(1, 1, 2, 0)
+    blocked = Cells(past(box(0.2, 0.4, -0.5, 0.1), pm.Wall(tip=(0.4, 0.3), opening=0.1)))
+    assert blocked.follow[1] == [frozenset(), frozenset({0})]
+
+
+def test_the_hull_of_what_is_left_is_the_wall():
+    cells = Cells(past(box(0.2, 0.4, -0.5, -0.3), box(0.2, 0.4, 0.2, 0.4)))
+    assert cells.interval(((0,), (1,), (0,)), (0.3, 1)) == pytest.approx((-0.3, 0.2))
+    assert cells.interval(((0,), (0, 1), (0,)), (0.3, 1)) == (-inf, pytest.approx(0.2))
+    assert cells.interval(((0,), (1, 2), (0,)), (0.3, 1)) == (pytest.approx(-0.3), inf)
+
+
+def test_lines_that_there_are():
+    cells = Cells(TWO)
+    for line, there in (
+        ((0.3, 1), True),
+        ((0.2, 1), True),
+        ((0.4, 1), True),
+        ((0.4, 2), True),
+        ((0.41, 1), False),
+        ((0.19, 1), False),
+        ((0.0, 0), False),
+        ((1.0, 4), False),
+        ((0.9, 4), True),
+        ((0.1, 0), True),
+        ((0.9, 5), False),
+        ((0.1, -1), False),
+    ):
+        assert cells.has(line) == there
+
+
+TURNED = scene(1)
+
+
+@pytest.mark.parametrize("maneuver", [TWO, TURNED], ids=["boxes", "turned"])
+@pytest.mark.parametrize("interval", [(-0.3, 0.2), (-inf, 0.2), (-0.3, inf)])
+def test_walls_leave_their_interval_free(maneuver, interval):
+    cells = Cells(maneuver)
+    wall = cells.wall(interval, 0.25 * cells.length)
+    low, high = interval
+    frame = cells.frame
+    tip, along = frame.position(wall.tip), frame.vector(wall.direction)
+    assert tip[0] == pytest.approx(0.25 * cells.length)
+    assert tip[1] == pytest.approx(low if math.isfinite(low) else high)
+    np.testing.assert_allclose(along, (0, -1 if math.isfinite(low) else 1), atol=1e-12)
+    assert wall.opening == (pytest.approx(high - low) if math.isfinite(high - low) else None)
+    assert wall.contact == "clear"
+
+
+def test_walls_of_no_width_and_of_no_end():
+    cells = Cells(TWO)
+    assert cells.wall((-inf, inf), 0.3) is None
+    point = cells.wall((0.2, 0.2), 0.3)
+    assert (point.contact, point.opening) == ("touch", None)
+    assert cells.wall((0.2, 0.2 + 1e-13), 0.3).contact == "touch"
+    assert cells.wall((0.2, 0.2 + 1e-11), 0.3).opening == pytest.approx(1e-11, rel=1e-4)
+
+
+def test_maneuvers_past_the_lines_of_a_way():
+    cells = Cells(TWO)
+    way = ((0,), (1,), (0,), (0,), (0,))
+    lines = [(0.7, 3), (0.4, 1), (0.5, 2)]
+    past_ = cells.maneuver_past(way, lines)
+    assert [wall.tip for wall in past_.walls] == [pytest.approx((0.4, 0.2)), pytest.approx((0.7, -0.2))]
+    assert cells.marks(way, lines) == [(0.4, 1), (0.7, 3)]
+    lifted = cells.maneuver_past(way, lines, lift=0.01)
+    assert [wall.tip for wall in lifted.walls] == [pytest.approx((0.4, 0.21)), pytest.approx((0.7, -0.21))]
+    beside = Cells(past(box(0.2, 0.4, -0.5, -0.3), box(0.2, 0.4, 0.2, 0.4)))
+    narrow = ((0,), (1,), (0,))
+    (wall,) = beside.maneuver_past(narrow, [(0.3, 1)], lift=0.2).walls
+    assert wall.opening == pytest.approx(0.1)
+    assert beside.maneuver_past(narrow, [(0.3, 1)], lift=0.3) is None
+    (wall,) = beside.maneuver_past(narrow, [(0.3, 1)], lift=0.25).walls
+    assert wall.contact == "touch"
+    point = Cells(past(box(0.2, 0.4, -50, 0.1), box(0.2, 0.4, 0.1 + 1e-13, 50)))
+    gap = (
+        next(g for g, one in enumerate(point.gaps[1]) if math.isfinite(sum(one.at(0.3))))
+        if len(point.gaps[1]) == 3
+        else None
+    )
+    if gap is not None:
+        assert point.maneuver_past(((0,), (gap,), (0,)), [(0.3, 1)], lift=0.01).walls[0].contact == "touch"
+    ruled = Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.7, 0.3))))
+    both = ruled.maneuver_past(((0,), (1,), (0,), (0,)), [(0.3, 1)]).walls
+    assert [wall.tip[0] for wall in both] == pytest.approx([0.3, 0.7])
+    assert len(ruled.marks(((0,), (1,), (0,), (0,)), [(0.3, 1)])) == 2
+
+
+# ---- the proof
+
+
+def proof_of(cells, way, lines):
+    mass = PointMass.of(cells.maneuver_past(way, lines))
+    q = mass.walls
+    times = (np.arange(q) + 1) / (q + 1)
+    leaf = Leaf((0.0,) * q, (1.0,) * q, extremal(mass, times).multipliers, tuple(times))
+    return Branch(way, tuple(lines), (leaf,))
+
+
+def test_a_branch_bounds_its_way_in_its_units():
+    maneuver = past(box(0.4, 0.6, -0.1, 0.3), duration=2.0)
+    cells = Cells(maneuver)
+    over = proof_of(cells, ((0,), (1,), (0,)), [(0.5, 1)])
+    assert over.bound(cells) == pytest.approx(
+        pm.solve(wall_maneuver(duration=2.0, obstacles=(pm.Wall(tip=(0.5, 0.3)),))).lower_bound, rel=1e-4
+    )
+    assert Branch(((0,), (), (0,)), (), ()).bound(cells) == inf
+    assert Branch(over.way, over.lines, ()).bound(cells) == 0
+    under = proof_of(cells, ((0,), (0,), (0,)), [(0.5, 1)])
+    assert 0 < under.bound(cells) < over.bound(cells)
+    assert WaysProof((over, under)).bound(maneuver) == under.bound(cells)
+    assert (
+        WaysProof((over,)).bound(maneuver) == WaysProof((under,)).bound(maneuver) == WaysProof(()).bound(maneuver) == 0
+    )
+    closed = past(box(0.4, 0.6, 0.1, 0.3, side="left"), box(0.4, 0.6, -0.3, -0.1, side="right"))
+    assert WaysProof(()).bound(closed) == 0
+    empty = Branch(((0,), (), (0,)), (), ())
+    assert WaysProof((empty, under, over)).bound(maneuver) == under.bound(cells)
+    assert WaysProof((empty,)).bound(closed) == 0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_ways_are_covered_where_each_single_one_is(seed):
+    rng = np.random.default_rng(seed)
+    cells = Cells(
+        TWO
+        if seed % 2
+        else past(box(0.2, 0.4, 0.1, 0.2), box(0.2, 0.4, -0.2, 0), box(0.5, 0.6, 0.1, 0.2), box(0.5, 0.6, -0.3, 0))
+    )
+    singles = list(itertools.product(*cells.ways))
+    ways = [
+        tuple(tuple(g for g in gaps if rng.random() < 0.7) or gaps[:1] for gaps in cells.ways)
+        for _ in range(1 + seed % 5)
+    ]
+    true = all(any(all(g in gaps for g, gaps in zip(one, way, strict=True)) for way in ways) for one in singles)
+    assert covered(cells, ways, cells.ways) == true
+    apart = [tuple((g,) for g in one) for one in singles]
+    rng.shuffle(apart)
+    apart = [tuple(map(tuple, way)) for way in apart]
+    assert covered(cells, apart, cells.ways)
+    assert not covered(cells, apart[1:], cells.ways)
+    assert covered(cells, [cells.ways], cells.ways)
+    assert covered(cells, [], None)
+    assert not covered(cells, [], cells.ways)
+
+
+# ---- obstacles
+
+
+def test_rays_of_walls():
+    ((tip, along),) = pm.Wall(tip=(1, 2), direction=(3, -4)).rays
+    np.testing.assert_allclose((*tip, *along), (1, 2, 0.6, -0.8))
+    _, (tip, along) = pm.Wall(tip=(1, 2), direction=(3, -4), opening=10.0).rays
+    np.testing.assert_allclose((*tip, *along), (-5, 10, -0.6, 0.8))
+    for wrong in ({"direction": (0, 0)}, {"direction": (1e-151, 0)}, {"contact": "touch", "opening": 1.0}):
+        with pytest.raises(ValueError, match="must"):
+            pm.Wall(tip=(0, 0), **wrong)
+    assert pm.Wall(tip=(0, 0), opening=1.0).contact == "clear"
+    assert pm.Wall(tip=(0, 0), contact="touch").opening is None
+
+
+SQUARE = ((0, 0), (1, 0), (1, 1), (0, 1))
+ELL = ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2))
+
+
+def test_corners_of_blocks():
+    assert pm.Block(vertices=(*SQUARE, SQUARE[0])).vertices == SQUARE
+    assert pm.Block(vertices=(SQUARE[0], *SQUARE[2:])).vertices == (SQUARE[0], *SQUARE[2:])
+    for wrong, words in (
+        ((*SQUARE[:2], *SQUARE[1:]), r"vertices\[2\] does not"),
+        ((SQUARE[0], SQUARE[1], SQUARE[0]), "differ"),
+        ((SQUARE[0], SQUARE[0], SQUARE[1], SQUARE[2]), r"vertices\[1\] does not"),
+        (((0, 0), (1, 1), (1, 0), (0, 1)), "without crossing"),
+        (((0, 0), (1, 1), (2, 2)), "area"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            pm.Block(vertices=wrong)
+
+
+def test_grown_blocks_are_the_margin_from_their_edges_and_never_more():
+    block = pm.Block(vertices=ELL)
+    ((corners),) = block.grown(0)
+    np.testing.assert_allclose(corners, pm.Block(vertices=ELL).vertices)
+    (grown,) = block.grown(0.1)
+    polygon = shapely.Polygon(block.vertices)
+    far = shapely.distance(polygon, shapely.points(grown))
+    assert np.all(far <= 0.1 + 1e-12)
+    assert shapely.Polygon(grown).area == pytest.approx(polygon.buffer(0.1, quad_segs=500).area, rel=2e-5)
+    ring = pm.Block(vertices=[(0, 0), (3, 0), (3, 3), (0, 3), (0, 1.05), (1, 1.05), (1, 2), (2, 2), (2, 1), (0, 0.95)])
+    outer, hole = ring.grown(0.06)
+    assert shapely.Polygon(outer).contains(shapely.Polygon(hole))
+
+
+@pytest.mark.parametrize("across", [(0.0, 1.0), (0.6, -0.8)])
+def test_shadows_are_all_that_lies_behind(across):
+    block, rng = pm.Block(vertices=ELL), np.random.default_rng(0)
+    across = np.array(across)
+    shadow = shapely.Polygon(block.shadow(0.1, across, 7.0))
+    grown = shapely.Polygon(block.grown(0.1)[0])
+    for point in rng.uniform(-9, 9, (400, 2)):
+        behind = shapely.LineString([point, point - 7 * across])
+        if abs(grown.distance(behind)) > 1e-9 or grown.intersects(behind):
+            assert shadow.contains(shapely.Point(point)) == grown.intersects(behind)
+
+
+def test_points_that_a_block_holds():
+    block = pm.Block(vertices=SQUARE)
+    for point, margin, held in (
+        ((0.5, 0.5), 0.0, True),
+        ((1.2, 0.5), 0.0, False),
+        ((1.2, 0.5), 0.3, True),
+        ((1.2, 0.5), 0.1, False),
+        ((1.0, 0.5), 0.0, False),
+        ((1.2, 0.5), 0.2 * (1 + 1e-14), False),
+        ((1.2, 0.5), 0.2 * (1 + 1e-11), True),
+    ):
+        assert block.holds(point, margin) == held
+
+
+def test_convex_regions():
+    assert convex(SQUARE) == SQUARE
+    assert convex(SQUARE[::-1]) == SQUARE
+    flat = ((0, 0), (0.5, 0), (1, 0), (1, 1), (0, 1))
+    assert convex(flat) == flat
+    assert convex(flat[::-1]) == flat
+    for wrong in (ELL, ELL[::-1]):
+        with pytest.raises(ValueError, match="convex"):
+            convex(wrong)
+    assert covers(SQUARE, (1, 0.5))
+    assert not covers(SQUARE, (1.1, 0.5))
+
+
+def test_what_kind_an_obstacle_is():
+    data = {"start": {"position": [0, 0]}, "goal": {"position": [1, 0]}, "duration": 1.0}
+    maneuver = pm.Maneuver(**data, obstacles=[{"tip": [0.5, 0.5]}])
+    assert isinstance(maneuver.obstacles[0], pm.Wall)
+    with pytest.raises(pm.SpecError):
+        pm.Maneuver(**data, obstacles=[3])
