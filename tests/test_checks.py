@@ -13,8 +13,9 @@ import peakmin as pm
 from peakmin.certify import Leaf, Proof
 from peakmin.check import CHECK, Check, check
 from peakmin.document import digest
+from peakmin.moments import PointMass
 from peakmin.trajectory import HoldTrajectory
-from peakmin.verify import NEARLY, SAME, _multipliers, bounded, moved, unlike
+from peakmin.verify import SAME, bounded, moved, unlike
 
 from .conftest import wall_maneuver
 
@@ -118,6 +119,41 @@ def test_rounding_errors_of_coordinates_are_no_errors(origin):
         assert abs(found(maneuver, motion).goal - exact) <= rounding + 2e-16 * origin
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("grow", ["v0", "vf", "pf", "tip"])
+def test_coarse_grains_are_those_of_what_is_asked(sign, grow, monkeypatch):
+    """A thousandth of place and ways, and of the speeds, in whichever of them is largest, above zero or below."""
+    monkeypatch.setattr("peakmin.check.GRAIN", 1e-3)
+    size = {name: sign * (10.0 if name == grow else 1.0) for name in ("v0", "vf", "pf", "tip")}
+    r0, pf, tip = sign * np.array([3.0, 1.0]), size["pf"] * np.array([2.0, 1.0]), size["tip"] * np.array([0.7, 0.4])
+    v0, vf = size["v0"] * np.array([0.25, 0.5]), size["vf"] * np.array([0.75, 1.25])
+    wall = pm.Wall(tip=tuple(r0 + tip), contact="touch", direction=(0, -sign))
+    maneuver = pm.Maneuver(
+        start=pm.State(position=r0, velocity=v0), goal=pm.State(position=r0 + pf, velocity=vf), duration=T
+    ).past([wall])
+    off, quick = -sign * np.array([0.5, 0.25]), -sign * np.array([0.25, 0.125])
+    dv, dr = vf + quick - v0, pf + off - T * v0
+    u = dr - dv / 2
+    motion = HoldTrajectory(np.array([0.0, 1.0, 2.0]), np.array([u, dv - u]), r0, v0)
+    speeds = max(np.max(abs(v0)), np.max(abs(vf)))
+    asked = max(np.max(abs(pf)), T * speeds)
+    grain = 1e-3 * (3 + max(asked, np.max(abs(tip))))
+    fastest = np.max(np.abs(motion.velocity(np.array([0.0, 0.75, 1.0, 2.0]))))
+    result = check(maneuver, motion, np.array([0.75]), 1.0)
+    assert result.goal == pytest.approx(max((0.5 - grain) / asked, (0.25 - 1e-3 * speeds) / fastest), rel=1e-9)
+    at = motion.position(0.75) - r0
+    there = max(asked, np.hypot(*at))
+    assert result.walls == pytest.approx(max(np.max(abs(at - tip)) - grain, 0) / there, rel=1e-9)
+    alone = replace(motion, control=np.array([dr - (vf - v0) / 2, (vf - v0) - (dr - (vf - v0) / 2)]))
+    missed = check(maneuver, alone, np.array([0.75]), 1.0)
+    assert missed.goal == pytest.approx((0.5 - grain) / asked, rel=1e-9)
+    dr = pf - T * v0
+    alone = replace(motion, control=np.array([dr - dv / 2, dv - (dr - dv / 2)]))
+    missed = check(maneuver, alone, np.array([0.75]), 1.0)
+    fastest = np.max(np.abs(alone.velocity(np.array([0.0, 0.75, 1.0, 2.0]))))
+    assert missed.goal == pytest.approx((0.25 - 1e-3 * speeds) / fastest, rel=1e-9)
+
+
 def test_rounding_errors_of_speeds_are_no_errors():
     quick = pm.Maneuver(
         start=pm.State(position=(0, 0), velocity=(1e3, 0)),
@@ -180,7 +216,7 @@ def test_times_that_do_not_fit_are_no_motion(motion, times):
 
 def test_what_passes():
     assert Check(CHECK, CHECK, 1e-12).passed
-    for one in (Check(2 * CHECK, 0, 0), Check(0, 2 * CHECK, 0), Check(0, 0, 2e-12), Check(0, 0, math.nan)):
+    for one in (Check(2 * CHECK, 0, 0), Check(0, 2 * CHECK, 0), Check(0, 0, 1.5e-12), Check(0, 0, math.nan)):
         assert not one.passed
 
 
@@ -239,6 +275,7 @@ def test_errors_of_a_motion_are_named():
 
     assert problems() == []
     assert problems(Check(CHECK, CHECK, 1e-12)) == []
+    assert problems(Check(0, 0, 1.5e-12)) == ["peak"]
     for value in (2 * CHECK, math.nan, math.inf):
         assert problems(Check(value, 0, 0)) == ["goal"]
         assert problems(Check(0, value, 0)) == ["walls"]
@@ -248,22 +285,6 @@ def test_errors_of_a_motion_are_named():
     assert problems(peak=bound * (1 - 2 * SAME)) == ["peak"]
     assert problems(peak=math.nan) == ["peak"]
     assert problems(peak=bound / 2, status="unknown") == []
-
-
-def test_multipliers_of_a_solved_plan_are_nearly_the_best():
-    from peakmin.moments import PointMass
-
-    solved = plan()
-    mass = PointMass.of(solved.crossing)
-    own = solved.lower_bound
-    assert _multipliers(solved, mass) == []
-    none = replace(solved, multipliers=np.zeros_like(solved.multipliers))
-    assert len(_multipliers(none, mass)) == 1
-    assert _multipliers(replace(none, status="unknown"), mass) == []
-    assert _multipliers(replace(solved, lower_bound=own * (1 + NEARLY / 2)), mass) == []
-    assert len(_multipliers(replace(solved, lower_bound=own * (1 + 2 * NEARLY)), mass)) == 1
-    bounded_ = none.maneuver.model_copy(update={"max_speed": 100.0})
-    assert _multipliers(replace(none, maneuver=bounded_), mass) == []
 
 
 UNITS = {"position": 2.0, "time": 0.5}
@@ -321,8 +342,12 @@ def test_a_plan_file_is_verified_with_its_numbers():
     data = json.loads(solved.to_json())
     data["digest"] = data["digest"][::-1]
     assert [one.split(":")[0] for one in pm.verify(json.dumps(data)).problems] == ["digest"]
-    nudged = [[x + 0.5 * SAME for x in row] for row in data["velocity"]]
-    assert changed(solved, velocity=nudged).passed
+    for nudge, passes in ((0.5, True), (4.0, False)):  # of the largest speed, and of distance over duration
+        slow = plan(duration=2.0)
+        speeds = json.loads(slow.to_json())["velocity"]
+        most = max(max(map(abs, row)) for row in speeds)
+        nudged = [[x + nudge * SAME * max(most, 0.5) for x in row] for row in speeds]
+        assert changed(slow, velocity=nudged).passed == passes
     far = [[x + 1e-5 for x in row] for row in data["position"]]
     assert not changed(solved, position=far).passed
 
@@ -337,13 +362,15 @@ def test_no_motion_no_peak_and_no_solution():
 
 
 def test_a_proof_of_these_times_has_no_boxes():
-    solved = plan()
+    solved = plan(duration=2.0)
     leaf = solved.proof.leaves[0]
-    place = tuple((solved.obstacle_times / 1.0).tolist())
-    for low, high, boxed in ((leaf.low, leaf.high, True), (place, place, False)):
-        these = replace(solved, proof=Proof("these", (Leaf(low, high, leaf.multipliers, place),)))
-        problems = pm.verify(these.to_json()).problems
-        assert any(one.startswith("scope") for one in problems) == boxed
+    place = tuple((solved.obstacle_times / 2.0).tolist())
+    point, box = Leaf(place, place, leaf.multipliers, place), Leaf(leaf.low, leaf.high, leaf.multipliers, place)
+    for leaves, boxed in (((box,), True), ((point,), False), ((point, box), True)):
+        these = replace(solved, proof=Proof("these", leaves))
+        bound = these.proof.bound(PointMass.of(these.crossing), np.array(place)) * PointMass.of(these.crossing).unit
+        problems = pm.verify(replace(these, lower_bound=bound).to_json()).problems
+        assert [one.split(":")[0] for one in problems] == ["scope"] * boxed
 
 
 def test_clearances_are_found_anew():
@@ -351,6 +378,13 @@ def test_clearances_are_found_anew():
     past = plan(obstacles=(block,))
     assert pm.verify(past.to_json()).passed
     assert pm.verify(replace(past, clearance=past.clearance + 1e-11).to_json()).passed
+    far = replace(past, clearance=past.clearance + 2 * SAME)
+    assert not pm.verify(far.to_json()).passed
+    large = plan(
+        goal=pm.State(position=(1e3, 0)),
+        obstacles=(pm.Block(vertices=[(400, -200), (600, -200), (600, 200), (400, 200)]),),
+    )
+    assert pm.verify(replace(large, clearance=large.clearance + 500 * SAME).to_json()).passed
     for wrong in (past.clearance + 1e-5, past.clearance - 1e-5, math.inf):
         problems = pm.verify(replace(past, clearance=wrong).to_json()).problems
         assert any(one.startswith("clearance") for one in problems)

@@ -29,6 +29,7 @@ def past(*blocks, **more):
 
 TWO = past(box(0.2, 0.4, -0.5, 0.2), box(0.6, 0.8, -0.2, 0.5))
 inf = math.inf
+POCKET = [(0.4, -0.5), (0.8, -0.5), (0.8, 0.5), (0.4, 0.5), (0.4, 0.3), (0.6, 0.3), (0.6, -0.3), (0.4, -0.3)]
 
 
 def test_strips_and_gaps_of_two_boxes():
@@ -60,6 +61,7 @@ def test_points_are_in_a_gap_where_they_are_free(seed):
     )
     cells, rng = Cells(maneuver), np.random.default_rng(seed)
     start, goal = np.array(maneuver.start.position), np.array(maneuver.goal.position)
+    assert cells.length == pytest.approx(np.hypot(*(goal - start)))
     along = (goal - start) / np.hypot(*(goal - start))
     across = np.array([-along[1], along[0]])
     solid = shapely.union_all([shapely.Polygon(b.vertices).buffer(maneuver.margin) for b in maneuver.blocks])
@@ -91,6 +93,34 @@ def test_a_side_counts_for_other_gaps_too():
     assert [gap.at(0.4)[1] for gap in cells.gaps[1]] == pytest.approx([-0.3])
 
 
+def test_sides_count_beyond_a_pocket():
+    """A gap within a block is on neither side of it."""
+    for side, end in (("left", 0.5), ("right", -0.5)):
+        cells = Cells(past(pm.Block(vertices=POCKET, side=side)))
+        (gap,) = cells.gaps[1]
+        assert end in gap.at(0.5)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3])
+def test_rounding_errors_are_those_of_the_size(size):
+    """Half of a rounding error and two of them, of the scene's size."""
+    half, two = 5e-13 * size, 2e-12 * size
+    tall = box(0.2, 0.4, -size, 0.3, side="left")
+    cells = Cells(past(tall))
+    assert cells.size == size
+    for off, allowed in ((half, True), (two, False)):
+        assert cells._allowed(Gap((0.3 - off, 0.0), (inf, 0.0)), 0.3) == allowed
+        low = Cells(past(box(0.2, 0.4, -size, 0.3, side="right")))
+        assert low._allowed(Gap((-inf, 0.0), (-size + off, 0.0)), 0.3) == allowed
+        near = Cells(past(tall, box(0.4 + off, 0.6, -0.5, 0.2), box(1 - off, 1.2, 0.1, 0.2), box(-0.2, off, 0.1, 0.2)))
+        assert len(near.lines) == (5 if allowed else 8)
+        meeting = Cells(past(box(0.2, 0.4, -size, 0.1 + off), box(0.4, 0.6, 0.1, size)))
+        assert meeting._meet(1, 1, 2, 0) == allowed
+        assert (cells.wall((0.2, 0.2 + off), 0.3).contact == "touch") == allowed
+        beside = Cells(past(box(0.2, 0.4, -size, -0.3), box(0.2, 0.4, 0.2, 0.4)))
+        assert (beside.maneuver_past(((0,), (1,), (0,)), [(0.3, 1)], lift=0.25 + off / 2) is not None) == allowed
+
+
 def test_lines_closer_than_rounding_are_one():
     near = Cells(past(box(0.2, 0.4, -0.5, 0.2), box(0.4 + 1e-14, 0.6, -0.5, 0.2)))
     np.testing.assert_allclose(near.lines, [0, 0.2, 0.4, 0.6, 1])
@@ -113,6 +143,8 @@ def test_walls_have_a_line_of_their_own():
     np.testing.assert_allclose(hanging.interval(way, (0.7, 2)), (-0.1, 0.3))
     endless = Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.7, 0.3), direction=(0, 2))))
     np.testing.assert_allclose(endless.interval(way, (0.7, 2)), (-inf, 0.3))
+    short = Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.7, 0.3), direction=(0, 0.5))))
+    np.testing.assert_allclose(short.interval(way, (0.7, 2)), (-inf, 0.3))
     on_edge = Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.4 + 1e-14, 0.1))))
     assert on_edge.fixed[0][0] in on_edge.lines
     assert len(on_edge.lines) == 4
@@ -122,7 +154,8 @@ def test_walls_have_a_line_of_their_own():
 @pytest.mark.parametrize(
     "wall",
     [
-        pm.Wall(tip=(0.7, 0.3), direction=(1e-6, -1)),
+        pm.Wall(tip=(0.7, 0.3), direction=(1.5e-9, -1)),
+        pm.Wall(tip=(0.7, 0.3), direction=(-1.5e-9, -1)),
         pm.Wall(tip=(0.7, 0.3), contact="touch"),
     ],
 )
@@ -132,10 +165,8 @@ def test_walls_that_are_refused(wall):
     for x in (0.0, 1.0, 1.5, -0.5):
         with pytest.raises(pm.SpecError):
             _ = Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(x, 0.3)))).walls
-    assert len(Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.7, 0.3), direction=(1e-12, -1)))).walls) == 1
-
-
-POCKET = [(0.4, -0.5), (0.8, -0.5), (0.8, 0.5), (0.4, 0.5), (0.4, 0.3), (0.6, 0.3), (0.6, -0.3), (0.4, -0.3)]
+    for along in ((0.9e-9, -1), (1e-7, -1e3)):
+        assert len(Cells(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.7, 0.3), direction=along))).walls) == 1
 
 
 def test_a_way_leads_through_gaps_that_meet_and_into_no_pocket():
@@ -369,7 +400,8 @@ def test_points_that_a_block_holds():
         ((1.2, 0.5), 0.1, False),
         ((1.0, 0.5), 0.0, False),
         ((1.2, 0.5), 0.2 * (1 + 1e-14), False),
-        ((1.2, 0.5), 0.2 * (1 + 1e-11), True),
+        ((1.2, 0.5), 0.2 * (1 + 1.5e-12), True),
+        ((1.2, 0.5), 0.2 * (1 + 0.5e-12), False),
     ):
         assert block.holds(point, margin) == held
 
@@ -377,6 +409,8 @@ def test_points_that_a_block_holds():
 def test_convex_regions():
     assert convex(SQUARE) == SQUARE
     assert convex(SQUARE[::-1]) == SQUARE
+    small = tuple((0.1 * x, 0.1 * y) for x, y in SQUARE)
+    assert convex(small) == small
     flat = ((0, 0), (0.5, 0), (1, 0), (1, 1), (0, 1))
     assert convex(flat) == flat
     assert convex(flat[::-1]) == flat
