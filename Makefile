@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: paper test notebooks proofs fuzz bench lint clean
+.PHONY: paper test notebooks proofs mutants fuzz bench lint clean
 
 paper: .venv/installed
 	$(BIN)/peakmin paper --out out
@@ -11,7 +11,7 @@ paper: .venv/installed
 test: .venv/installed lint
 	rm -rf out/notebooks && mkdir -p out && cp -r notebooks out/
 	$(BIN)/pytest -n 2 -p no:benchmark --nbmake --overwrite out/notebooks
-	$(BIN)/pytest -n 2 -p no:benchmark
+	$(BIN)/pytest -n 2 -p no:benchmark --cov=peakmin --cov-report=term:skip-covered
 
 notebooks: .venv/installed
 	$(BIN)/python notebooks/remake.py notebooks/*.ipynb
@@ -24,6 +24,10 @@ lint: .venv/installed
 # all seeds, 500 random maneuvers, 300 random scenes and 120 tasks of arms, where `make test` takes some
 proofs: .venv/installed
 	PEAKMIN_SEEDS=all $(BIN)/pytest -n 2 -p no:benchmark tests/test_agreement.py tests/test_exact.py tests/test_scenes.py tests/test_arm_tasks.py
+
+# spoils the code of the proofs in one place after the other: each time a test must fail
+mutants: .venv/installed
+	$(BIN)/python -m tests.mutants
 
 # 21000 files of hostile bytes, broken specs and broken plans, others every time; `make fuzz SEED=7` has those of seed 7
 fuzz: SEED ?= $(shell date +%s)
