@@ -79,3 +79,12 @@ def test_more_walls_than_a_box_can_have_corners_for_are_refused():
     walls = [pm.Wall(tip=(0.1 * i, 1.0)) for i in range(1, 10)]
     with pytest.raises(pm.SpecError, match=r"^maneuver.obstacles: was 9 walls, must be at most 8"):
         pm.solve(wall_maneuver(obstacles=walls))
+
+
+@pytest.mark.parametrize(("duration", "shift"), [(100.0, 1e-8), (0.01, 1e-4)])
+def test_velocities_are_held_to_their_own_unit(duration, shift):
+    """A slow maneuver's are small: what would be rounding of a fast one is a lie there."""
+    data = json.loads(pm.solve(wall_maneuver(duration=duration)).to_json())
+    data["velocity"][7][0] += shift
+    data["digest"] = digest(data)
+    assert pm.verify(json.dumps(data)).problems == ("velocity: not what the control gives",)
