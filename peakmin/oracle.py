@@ -53,7 +53,7 @@ class PeakOracle:
 
     One oracle serves any number of threads: each keeps programs of its own, compiled once for all queries of the same
     structure (walls, circle, grid). With the default settings nothing is compiled: the optimum is that of continuous
-    time, at a few milliseconds a query (`benchmarks/bench_oracle.py` compares).
+    time, at some 50 ms a query, or one or two at given obstacle times (`benchmarks/bench_oracle.py` compares).
 
     Args:
         maneuver: what queries leave out is taken from it.
