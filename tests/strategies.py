@@ -41,6 +41,9 @@ def nested(depth, opening="[", closing="]"):
     return Raw(opening * depth + closing * depth)
 
 
+LONGEST = 2_000_000  # characters of a list that is repeated
+
+
 NUMBERS = [
     Raw(text)
     for text in (
@@ -234,7 +237,8 @@ def mutated(draw, trees, most=3):
             case "add" if isinstance(inside, dict):
                 inside[draw(st.sampled_from(KEYS))] = deepcopy(draw(hostile_values()))
             case "repeat" if isinstance(inside, list):
-                inside[:] = inside * draw(st.sampled_from([2, 3, 50] + [5000] * (len(inside) < 5)))
+                times = draw(st.sampled_from([2, 3, 50, 5000]))
+                inside[:] = inside * min(times, 1 + LONGEST // (1 + len(text_of(inside))))
             case "swap":
                 other = draw(st.sampled_from(every))
                 if other[: len(path)] != path and path[: len(other)] != other:
