@@ -18,11 +18,11 @@ vectors = st.tuples(st.floats(-10, 10), st.floats(-10, 10)).map(np.array)
 def test_gauge_and_support_are_those_of_the_edges_and_vertices(n):
     points = np.random.default_rng(n).normal(size=(500, 2))
     for fit in ("inscribed", "circumscribed"):
-        shape = pm.Polygon(segments=n, fit=fit)
-        np.testing.assert_allclose(
-            shape.gauge(points), (points @ shape.normals.T).max(axis=1) / shape.inradius, rtol=1e-13
-        )
-        np.testing.assert_allclose(shape.support(points), (points @ shape.vertices.T).max(axis=1), rtol=1e-13)
+        for shape in (pm.Polygon(segments=n, fit=fit), pm.Polygon(segments=n, fit=fit, align="frame").facing(0.3)):
+            np.testing.assert_allclose(
+                shape.gauge(points), (points @ shape.normals.T).max(axis=1) / shape.inradius, rtol=1e-13
+            )
+            np.testing.assert_allclose(shape.support(points), (points @ shape.vertices.T).max(axis=1), rtol=1e-13)
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
