@@ -16,14 +16,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from .arrays import Array, Mask
+from .arrays import Array
 from .integrals import mean_norm
 from .moments import ROUNDING, PointMass, costate
+from .pushing import pushes, pushing
 
 MOST_VERTICES = 2000  # of the ordered part of a box
 SWEEPS = 12  # over the times, towards the least value of the bound in the box
 HALVINGS = 40  # of the interval of one time
-FLAT = 1e-6  # of the largest |P|: change along a wall's free direction that is none
 SHORTEST = 1e-7  # of the duration: segment at which the bound's tangent is taken
 
 
@@ -44,12 +44,14 @@ def saddle(mass: PointMass, low: Array, high: Array, at: Array, multipliers: Arr
     trial, low, high, at = trial[np.r_[True, True, push]], low[push], high[push], at[push]
     mass = mass.only(push)
     h = segments(vertices(low, high))
-    p = _pushing(mass, costate(trial, at)[1], h) if len(h) and np.any(trial) else None
-    if p is None:
+    if not len(h) or not np.any(trial):
+        return 0.0, place
+    p, flat = pushing(mass, costate(trial, at)[1], h)
+    if not pushes(mass, p, flat, h):
         return 0.0, place
     r = np.vstack([np.zeros(2), mass.tips, mass.pf])
     dp, dr = np.diff(p, axis=0), np.diff(r, axis=0)
-    # p may be another by a rounding error of its own size, see _pushing
+    # p may be another by a rounding error of its own size, see pushes
     grain = ROUNDING * np.sum((np.abs(p[1:]) + np.abs(p[:-1])) * (np.abs(r[1:]) + np.abs(r[:-1])), axis=1)
     a = -np.sum(dp * dr, axis=1) - grain
     c = p[-1] @ mass.vf - p[0] @ mass.v0 - ROUNDING * (np.abs(p[-1]) @ np.abs(mass.vf) + np.abs(p[0]) @ np.abs(mass.v0))
@@ -98,63 +100,6 @@ def vertices(low: Array, high: Array) -> Array:
         if len(points) > MOST_VERTICES:
             return np.zeros((0, len(low)))
     return points
-
-
-def _pushing(mass: PointMass, p: Array, h: Array) -> Array | None:
-    """The values p, moved into the walls until every clear wall pushes at all h, (K, q+1); None where they do not.
-
-    Between walls with the same free direction along which p stands still, as above a table, it stands still exactly:
-    such walls are moved together, and f . (P_{j+1} - P_j) counts as zero, not as a rounding error.
-    """
-    p = p.copy()
-    size = float(np.max(np.abs(p), initial=0.0))
-    grain = ROUNDING * size
-    q, f = mass.walls, mass.free
-    flat = np.zeros(q + 1, dtype=bool)  # segments
-    for j in range(1, q):
-        if _alike(mass, j - 1, j) and abs(step := f[j] @ (p[j + 1] - p[j])) <= FLAT * size:
-            p[j + 1] -= step * f[j]
-            flat[j] = True
-    for _ in range(2 + 2 * q):
-        moved = False
-        for j in np.flatnonzero(mass.clear).tolist():
-            before = 0.0 if flat[j] else f[j] @ (p[j + 1] - p[j]) + grain
-            after = 0.0 if flat[j + 1] else f[j] @ (p[j + 2] - p[j + 1]) - grain
-            span = h[:, j] + h[:, j + 1]
-            lacking = before * h[:, j + 1] - after * h[:, j]
-            short = float(np.max(lacking[span > 0] / span[span > 0], initial=0.0))
-            if short <= 0:
-                continue
-            moved = True
-            if after < 0 and j + 1 < q and _alike(mass, j, j + 1):
-                flat[j + 1] = True  # rather than past the next wall's
-            elif before > 0 and j > 0 and _alike(mass, j - 1, j):
-                flat[j] = True
-            else:
-                first, last = _flat_around(flat, j)
-                p[first + 1 : last + 2] -= (short * (1 + 1e-9) + 4 * grain) * f[j]
-                continue
-            first, last = _flat_around(flat, j)
-            level = p[first + 1 : last + 2] @ f[j]
-            p[first + 1 : last + 2] += (np.min(level) - level)[:, None] * f[j]
-        if not moved:
-            return p
-    return None
-
-
-def _alike(mass: PointMass, i: int, j: int) -> bool:
-    """Whether two walls are clear and have the same free direction."""
-    return bool(mass.clear[i] and mass.clear[j] and np.all(mass.free[i] == mass.free[j]))
-
-
-def _flat_around(flat: Mask, j: int) -> tuple[int, int]:
-    """The first and the last wall that p stands still from and to, wall j among them."""
-    first, last = j, j
-    while flat[first]:
-        first -= 1
-    while flat[last + 1]:
-        last += 1
-    return first, last
 
 
 def _lowest(convex: Array, slope: Array, level: float, m: Array, low: Array, high: Array, start: Array) -> Array:

@@ -6,13 +6,14 @@ worst errors of that size leave.
 
 import itertools
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from mpmath import mp
 
 import peakmin as pm
-from peakmin import bracket, certify, moments, saddle
+from peakmin import bracket, certify, moments, pushing, saddle
 from peakmin.bracket import Answer, Bracket, HoldProblem, Verdict
 from peakmin.certify import Leaf, Proof, box_bound, covers, global_bound, lower_bound, out_of_order
 from peakmin.exact import extremal
@@ -72,7 +73,7 @@ def worst(mass, times, multipliers, rounding):
 @pytest.fixture(params=[None, 1e-2], ids=["as it is", "coarse"])
 def rounding(request, monkeypatch):
     if request.param is not None:
-        for module in (bracket, certify, saddle, moments):
+        for module in (bracket, certify, saddle, pushing, moments):
             monkeypatch.setattr(module, "ROUNDING", request.param)
     return moments.ROUNDING
 
@@ -496,6 +497,8 @@ def test_ordered_vertices():
     points = saddle.vertices(low, high)
     assert {tuple(p) for p in points} >= {(0.0, 0.25), (0.0, 0.75), (0.5, 0.5), (0.5, 0.75), (0.25, 0.25)}
     assert all(0 <= a <= 0.5 and 0.25 <= b <= 0.75 and a <= b for a, b in points)
+    three = saddle.vertices(np.array([0.0, 0.2, 0.1]), np.array([0.5, 0.6, 0.7]))
+    assert np.all(np.diff(three, axis=1) >= 0)
     assert len(saddle.vertices(np.zeros(9), np.arange(1, 10) / 9)) == 0
     np.testing.assert_allclose(saddle.segments(np.array([[0.2, 0.7]])), [[0.2, 0.5, 0.3]])
 
@@ -583,11 +586,25 @@ def test_saddle_bounds_leave_the_worst_rounding(seed, rounding):
     assert bound == pytest.approx(max(work / area * (1 - rounding), 0), rel=1e-9, abs=1e-13)
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_values_are_moved_until_every_clear_wall_pushes(seed):
-    """f . (P_{j+1} - P_j) h_j >= f . (P_j - P_{j-1}) h_{j+1} in fractions, none moved along a wall's line or where all is well."""
-    from fractions import Fraction
+def pushed(mass, p, flat, h, margin=0):
+    """f . (P_{j+1} - P_j) h_j >= f . (P_j - P_{j-1}) h_{j+1} in fractions at every clear wall, zero on flat segments."""
+    for j in np.flatnonzero(mass.clear):
+        step = [
+            Fraction(0) if flat[j + k] else sum(
+                Fraction(float(f)) * (Fraction(float(b)) - Fraction(float(a)))
+                for f, a, b in zip(mass.free[j], p[j + k], p[j + k + 1], strict=True)
+            )
+            for k in (0, 1)
+        ]  # fmt: skip
+        for one in h:
+            left, right = step[1] * Fraction(float(one[j])), step[0] * Fraction(float(one[j + 1]))
+            if left - right < Fraction(margin * float(one[j] + one[j + 1])):
+                return False
+    return True
 
+
+def walls_and_values(seed):
+    """Random walls, some alike, some touched; values about level along the first direction; the h of a box."""
     rng = np.random.default_rng(seed)
     q = seed % 4 + 1
     mass = moments.replace(
@@ -597,33 +614,167 @@ def test_values_are_moved_until_every_clear_wall_pushes(seed):
         clear=rng.random(q) < 0.8,
         width=np.full(q, np.inf),
     )
-    # about level along the first direction, so that some walls hang together, and bent the right way or not
     p = rng.normal(size=(q + 2, 2)) * [1.0, rng.choice([1.0, 1e-8, 1e-14])]
     low, high = np.sort(rng.uniform(0, 1, (2, q)), axis=0)
     low, high = np.minimum.accumulate(low[::-1])[::-1], np.maximum.accumulate(high)
-    h = saddle.segments(saddle.vertices(low, high))
-    found = saddle._pushing(mass, p, h)
-    if found is None:
+    return rng, mass, p, saddle.segments(saddle.vertices(low, high))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_values_are_moved_until_every_clear_wall_pushes(seed):
+    """None is moved along a wall's line or where all is well."""
+    _, mass, p, h = walls_and_values(seed)
+    found, flat = pushing.pushing(mass, p, h)
+    if not pushing.pushes(mass, found, flat, h):
         return
-    level = np.zeros(q + 1, dtype=bool)
-    for j in range(1, q):
-        alike = mass.clear[j - 1] and mass.clear[j] and np.all(mass.free[j - 1] == mass.free[j])
-        level[j] = alike and abs((found[j + 1] - found[j]) @ mass.free[j]) <= 1e-13
-    for j in np.flatnonzero(mass.clear):
-        step = [
-            Fraction(0) if level[j + k] else sum(
-                Fraction(float(f)) * (Fraction(float(b)) - Fraction(float(a)))
-                for f, a, b in zip(mass.free[j], found[j + k], found[j + k + 1], strict=True)
-            )
-            for k in (0, 1)
-        ]  # fmt: skip
-        for one in h:
-            assert step[1] * Fraction(float(one[j])) >= step[0] * Fraction(float(one[j + 1]))
-    pushed = all(
-        ((p[j + 2] - p[j + 1]) @ mass.free[j] - 1e-12) * one[j]
-        > ((p[j + 1] - p[j]) @ mass.free[j] + 1e-12) * one[j + 1]
-        for one in h
-        for j in np.flatnonzero(mass.clear)
-    )
-    if pushed:
+    assert pushed(mass, found, flat, h)
+    none = np.zeros_like(flat)
+    if pushed(mass, p, none, h, 1e-12):
         np.testing.assert_allclose(found, p, atol=2e-6)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_whether_every_clear_wall_pushes_is_checked(seed, monkeypatch):
+    """With coarse rounding, values in line are bent until the exact margin is that of the worst errors, and further."""
+    monkeypatch.setattr(pushing, "ROUNDING", 1e-2)
+    rng, mass, _, h = walls_and_values(seed)
+    q = mass.walls
+    line = rng.normal(size=2) + np.arange(q + 2)[:, None] * rng.normal(size=2) * rng.choice([0, 0.01, 1])
+    line *= rng.choice([1e-3, 30])
+    # all kinks bent into the walls, or the last segment alone, or some the other way
+    bend = {
+        0: np.arange(q + 2)[:, None] ** 2 * np.ones(2),
+        1: np.eye(q + 2)[-1][:, None] * np.ones(2),
+        2: rng.normal(size=(q + 2, 2)),
+    }[seed // 4 % 3]
+    none = np.zeros(q + 1, dtype=bool)
+    if not np.any(mass.clear):
+        assert pushing.pushes(mass, line + bend, none, h)
+        return
+
+    def margin(p):
+        step = np.diff(p, axis=0)
+        return min(
+            ((step[j + 1] @ mass.free[j]) * one[j] - (step[j] @ mass.free[j]) * one[j + 1]) / (one[j] + one[j + 1])
+            for j in np.flatnonzero(mass.clear)
+            for one in h
+            if one[j] + one[j + 1] > 0
+        )
+
+    even = h[:1] * 0 + 1 / (q + 1)
+    h = even if seed % 2 else h  # at even times what is in line has no margin of its own
+    amounts = np.geomspace(1e-6, 1e4, 300)
+    found = [pushing.pushes(mass, line + t * bend, none, h) for t in amounts]
+    expected = [margin(line + t * bend) - 1e-2 * np.max(np.abs(line + t * bend)) for t in amounts]
+    for yes, left, t in zip(found, expected, amounts, strict=True):
+        if abs(left) > 1e-9 * np.max(np.abs(line + t * bend)):
+            assert yes == (left > 0)
+
+
+ALIKE = moments.replace(
+    MASSES[0],
+    tips=np.zeros((3, 2)),
+    free=np.array([[0.6, 0.8]] * 3),
+    clear=np.ones(3, dtype=bool),
+    width=np.full(3, np.inf),
+)
+
+
+@pytest.mark.parametrize("f", [(0.6, 0.8), (-0.6, -0.8), (0.6, -0.8)])
+@pytest.mark.parametrize("level", [0.3, -0.3])
+def test_where_values_are_said_to_stand_still_they_do(level, f):
+    """Three walls alike; along their free direction p falls to a level, stands still, and rises."""
+    alike = moments.replace(ALIKE, free=np.array([f] * 3))
+    f, across = np.array(f), np.array([-f[1], f[0]])
+    h = np.array([[0.25, 0.25, 0.25, 0.25], [0.1, 0.2, 0.3, 0.4]])
+    flat = np.array([False, True, True, False])
+    p = np.array([1.0, 0, 0, 0, 1.0])[:, None] * f + level * f + np.array([0.3, -2, 5, 1, 1])[:, None] * across
+    assert pushing.pushes(alike, p, flat, h)
+    for k in (1, 2, 3):
+        for by in (1e-12, -1e-12):
+            moved = p.copy()
+            moved[k] += by * f
+            assert not pushing.pushes(alike, moved, flat, h)
+        moved = p.copy()
+        moved[k] += 0.1 * across  # along the walls' line it may move
+        assert pushing.pushes(alike, moved, flat, h)
+    creeping = p + np.array([0, 0, 6e-15, 12e-15, 12e-15])[:, None] * f  # each step a rounding error, both not
+    assert not pushing.pushes(alike, creeping, flat, h)
+    bare = p - np.array([0.3, -2, 5, 1, 1])[:, None] * across
+    rounded = bare + np.array([0, 0, 1e-16, 2e-16, 2e-16])[:, None] * f
+    assert pushing.pushes(alike, bare, flat, h)
+    assert pushing.pushes(alike, rounded, flat, h)
+    for wrong in ([True, True, True, False], [False, True, True, True], [True] * 4):
+        assert not pushing.pushes(alike, p, np.array(wrong), h)
+    for other in (f[::-1], f * [1, -1]):
+        turned = moments.replace(alike, free=np.array([f, f, other]))
+        away = np.array([-other[1], other[0]]) * -np.sign(f @ [-other[1], other[0]])
+        fallen = bare.copy()
+        fallen[3:] = bare[2] + away  # not moved along the last wall's direction, against that of the one before
+        fallen[4] += 3 * other
+        assert not pushing.pushes(turned, fallen, flat, h)
+    first = np.array([False, True, False, False])
+    risen = p + np.array([0, 0, 0, 0.1, 1])[:, None] * f
+    assert pushing.pushes(alike, risen, first, h)
+    assert not pushing.pushes(moments.replace(alike, clear=np.array([False, True, True])), risen, first, h)
+    for touched in range(3):
+        clear = np.arange(3) != touched
+        assert not pushing.pushes(moments.replace(alike, clear=clear), p, flat, h)
+    sinking = p - np.array([2.0, 0, 0, 0, 0])[:, None] * f
+    assert not pushing.pushes(alike, sinking, flat, h)
+    sinking = p - np.array([0, 0, 0, 0, 2.0])[:, None] * f
+    assert not pushing.pushes(alike, sinking, flat, h)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_saddle_bounds_are_below_the_ratio_all_over_the_box(seed):
+    """Whatever bends the way of a hill or of a bowl: N(T) / sum m h at times everywhere in the box, walls touched."""
+    rng, mass, _, _ = at_random(seed)
+    q = mass.walls
+    mass = moments.replace(mass, clear=np.zeros(q, dtype=bool), width=np.full(q, np.inf))
+    at = np.sort(rng.uniform(0.1, 0.9, q))
+    good = extremal(mass, at).multipliers + rng.choice([0, 0.1, 1]) * rng.normal(size=(2 + q, 2))
+    wide = rng.choice([0.02, 0.1])
+    low, high = np.maximum(at - wide, 0 if seed % 4 else at), np.minimum(at + wide, 1)
+    if not seed % 4:
+        low[0] = 0
+    p = costate(good, at)[1]
+    r = np.vstack([np.zeros(2), mass.tips, mass.pf])
+    mean = [float(exact_impulse(np.array([p[j] - p[j + 1], p[j + 1]]), [])) for j in range(q + 1)]
+    bound, _ = saddle.saddle(mass, low, high, at, good)
+    for k in range(400):
+        inside = low + (rng.integers(2, size=q) if k % 2 else rng.random(q)) * (high - low)
+        h = np.diff(np.concatenate([[0.0], inside, [1.0]]))
+        if np.all(h > 0):
+            work = (
+                p[-1] @ mass.vf - p[0] @ mass.v0 - np.sum(np.sum(np.diff(p, axis=0) * np.diff(r, axis=0), axis=1) / h)
+            )
+            assert bound <= max(work / (h @ mean), 0) * (1 + 1e-9)
+
+
+def test_a_concave_part_next_to_the_start_proves_nothing():
+    """-1/h has no lower bound where a wall may be met at once."""
+    rng = np.random.default_rng(3)
+    mass = moments.replace(PointMass.of(wall_maneuver()), clear=np.zeros(1, dtype=bool))
+    low, high, at = np.array([0.0]), np.array([0.3]), np.array([0.2])
+    seen = 0
+    while seen < 20:
+        multipliers = rng.normal(size=(3, 2))
+        p = costate(multipliers, at)[1]
+        if (p[1] - p[0]) @ mass.tips[0] > 0.1 and saddle.saddle(mass, at, at, at, multipliers)[0] > 0.1:
+            assert saddle.saddle(mass, low, high, at, multipliers)[0] == 0
+            seen += 1
+
+
+def test_values_that_do_not_push_prove_nothing(monkeypatch):
+    """Over a wall that is far below nothing has to be done; multipliers that would pull down to its tip say else."""
+    level = wall_maneuver(
+        start=pm.State(position=(0, 0.5)), goal=pm.State(position=(1, 0.5)), obstacles=(pm.Wall(tip=(0.5, -5)),)
+    )
+    mass, at = PointMass.of(level), np.array([0.5])
+    pull = extremal(moments.replace(mass, clear=np.zeros(1, dtype=bool)), at)
+    p = costate(pull.multipliers, at)[1]
+    monkeypatch.setattr(saddle, "pushing", lambda mass, _, h: (p, np.zeros(2, bool)))
+    assert saddle.saddle(mass, at, at, at, np.abs(pull.multipliers))[0] == 0
+    monkeypatch.setattr(saddle, "pushes", lambda *_: True)
+    assert saddle.saddle(mass, at, at, at, np.abs(pull.multipliers))[0] == pytest.approx(pull.lower, rel=1e-6)
