@@ -278,3 +278,119 @@ def test_what_is_no_number_has_no_clearance(wrap):
     motion = wrap(hold((0, 3), (1, 0), (0, 0), (0, math.nan)))
     assert math.isnan(block_clearance(motion, SQUARE))
     assert math.isnan(wall_clearance(motion, TIP, DOWN, 0.0))
+
+
+# ---- against polynomials' roots, and at any angle
+
+
+def parts(motion):
+    """Each hold as coefficients (3, 2) of its fraction x: r = c_0 + c_1 x + c_2 x^2."""
+    dt = np.diff(motion.nodes)[:, None]
+    return np.stack([motion.node_position[:-1], dt * motion.node_velocity[:-1], dt * dt * motion.control / 2], axis=1)
+
+
+def real(*coefficients):
+    """Roots in (0, 1) of the polynomial, lowest power first."""
+    roots = np.roots(np.trim_zeros(np.array(coefficients)[::-1], "f"))
+    roots = roots[np.abs(roots.imag) < 1e-9].real
+    return roots[(roots > 0) & (roots < 1)].tolist()
+
+
+def by_roots(motion, vertices):
+    """Least distance from the polygon's outline, and whether the path is inside anywhere."""
+    outline, polygon = shapely.LinearRing(vertices), shapely.Polygon(vertices)
+    least, inside = math.inf, False
+    for c in parts(motion):
+        at, crossed = [0.0, 1.0], [0.0, 1.0]
+        for a, b in zip(vertices, np.roll(vertices, -1, axis=0), strict=True):
+            normal = np.array([a[1] - b[1], b[0] - a[0]])
+            d = c[0] - a
+            crossed += real(normal @ d, normal @ c[1], normal @ c[2])
+            at += real(normal @ c[1], 2 * normal @ c[2])
+            at += real(d @ c[1], c[1] @ c[1] + 2 * d @ c[2], 3 * c[1] @ c[2], 2 * c[2] @ c[2])
+        cuts = np.sort(crossed)
+        points = [c[0] + x * (c[1] + x * c[2]) for x in [*at, *crossed, *(cuts[1:] + cuts[:-1]) / 2]]
+        least = min(least, *shapely.distance(shapely.points(points), outline))
+        inside = inside or bool(np.any(shapely.contains_properly(polygon, shapely.points(points))))
+    return float(least), inside
+
+
+def turned(motion, angle, shift=(0, 0)):
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.array([[c, s], [-s, c]])
+    return HoldTrajectory(
+        motion.nodes, motion.control @ turn, motion.start_position @ turn + shift, motion.start_velocity @ turn
+    )
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_it_agrees_with_roots_of_polynomials(seed):
+    """Few long holds past few corners, so that what is nearest is mostly between the nodes."""
+    rng = np.random.default_rng(seed)
+    motion = HoldTrajectory(
+        np.array([0.0, 0.7, 1.5]), 6 * rng.normal(size=(2, 2)), 2 * rng.normal(size=2), 3 * rng.normal(size=2)
+    )
+    for vertices in (SQUARE, ELL - 1, COMB[[0, 1, 2, 4, 6]], 0.1 * SQUARE, 10 * SQUARE + rng.normal(size=2)):
+        least, inside = by_roots(motion, vertices)
+        clearance = block_clearance(motion, vertices)
+        if inside:
+            assert clearance < 0
+        else:
+            assert clearance == pytest.approx(least, abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_nearer_of_two_places_beside_the_apex(seed):
+    """A parabola around a point, nearest to it on either of its arms or at its apex, in units of any size."""
+    rng = np.random.default_rng(seed)
+    unit = rng.choice([1e-3, 1.0, 1e3])
+    motion = hold((-3 * unit, 4.5 * unit), (unit, -3 * unit), (0, unit), dt=6.0)  # y = x^2/2
+    tip = rng.uniform([-1, 0.2], [1, 3]) * unit
+    spike = np.array([tip, tip + unit * np.array([0.01, 90]), tip + unit * np.array([-0.01, 90])])
+    least, inside = by_roots(motion, spike)
+    assert not inside
+    assert block_clearance(motion, spike) == pytest.approx(least, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_above_and_below_a_straight_shore(seed):
+    """Depth and distance are exact where there is but one edge: against each parabola's own least height."""
+    rng = np.random.default_rng(seed)
+    motion = HoldTrajectory(
+        np.cumsum([0, *rng.uniform(0.1, 0.6, 3)]), 6 * rng.normal(size=(3, 2)), np.zeros(2), 2 * rng.normal(size=2)
+    )
+    heights = [
+        (c[0] + x * (c[1] + x * c[2]))[1] for c in parts(motion) for x in [0.0, 1.0, *real(c[1, 1], 2 * c[2, 1])]
+    ]
+    wanted = rng.choice([-1, -1e-6, 1e-6, 0.5]) * rng.uniform(0.2, 1)
+    angle, away = rng.uniform(0, 2 * math.pi), rng.normal(size=2)
+    motion = HoldTrajectory(motion.nodes, motion.control, np.array([0, wanted - min(heights)]), motion.start_velocity)
+    c, s = math.cos(angle), math.sin(angle)
+    shore = np.array([[-1e3, 0], [-1e3, -1e3], [1e3, -1e3], [1e3, 0]]) @ np.array([[c, s], [-s, c]]) + away
+    assert block_clearance(turned(motion, angle, away), shore) == pytest.approx(wanted, abs=1e-10)
+
+
+@both
+@pytest.mark.parametrize("seed", range(40))
+def test_a_dip_through_the_line_of_a_ray(seed, wrap):
+    """In the ray's frame the path is off = 3 (t - tau)^2 - depth: it crosses, touches or stays on its side."""
+    rng = np.random.default_rng(seed)
+    tau, slope = rng.uniform(0.2, 0.8), rng.uniform(-1, 1)
+    depth = [-1e-6, 1e-6, 1e-3, 0.1][seed % 4]
+    along = 1.5 + slope * tau  # distance beyond the tip at the dip
+    motion = hold((1.5, 3 * tau**2 - depth), (slope, -6 * tau), (0, 6.0))
+    angle, tip = rng.uniform(0, 2 * math.pi), rng.normal(size=2)
+    side = 1 if seed % 3 else -1
+    if side < 0:
+        motion = HoldTrajectory(
+            motion.nodes, -motion.control, motion.start_position * [1, -1], motion.start_velocity * [1, -1]
+        )
+    direction = np.array([math.cos(angle), math.sin(angle)])
+    found = wall_clearance(wrap(turned(motion, angle, tip)), tip, direction, 0.0)
+    half = math.sqrt(max(depth, 0) / 3)
+    deepest = max(1.5 + slope * t for t in (tau - half, tau + half) if 0 <= t <= 1) if depth > 0 else None
+    if depth < 0:
+        assert 0 <= found <= 1.01e-6
+    else:
+        assert found == pytest.approx(-deepest, abs=1e-7)
+    assert abs(along) > 0.5
