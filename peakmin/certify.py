@@ -32,26 +32,35 @@ def lower_bound(mass: PointMass, times: Array, multipliers: Array) -> float:
         times: obstacle times [scaled], shape (q,).
         multipliers: any L, shape (2+q, 2); made admissible first.
     """
-    return box_bound(mass, times, times, multipliers)
+    return float(_ratios(mass, times, times, np.zeros(mass.walls), multipliers))
+
+
+def lower_bounds(masses: PointMass, times: Array, multipliers: Array) -> Array:
+    """`lower_bound` of stacked maneuvers, shape (m,), at times (m, q) with multipliers (m, 2+q, 2)."""
+    return _ratios(masses, times, times, np.zeros(masses.walls), multipliers)
 
 
 def box_bound(mass: PointMass, low: Array, high: Array, multipliers: Array) -> float:
     """The bound above for low <= T <= high [scaled], shape (q,) each; zero where it proves nothing."""
-    mass = mass.facing_for(multipliers)
-    trial = mass.admissible(multipliers / (np.max(np.abs(multipliers)) or 1.0))
-    width = np.asarray(high) - np.asarray(low)
     ends = [(a,) if a == b else (a, b) for a, b in zip(low, high, strict=True)]
     corners = np.array(list(itertools.product(*ends)), dtype=float)
+    return float(np.min(_ratios(mass, corners, np.asarray(high), np.asarray(high) - np.asarray(low), multipliers)))
+
+
+def _ratios(mass: PointMass, times: Array, latest: Array, width: Array, multipliers: Array) -> Array:
+    """<L, b> / (I + sum |l_i| w_i^2 / 8) at times (..., q), less what rounding may have done; zero where not positive."""
+    mass = mass.facing_for(multipliers)
+    largest = np.max(np.abs(multipliers), axis=(-2, -1), keepdims=True)
+    trial = mass.admissible(multipliers / np.where(largest == 0, 1.0, largest))
     size = np.abs(trial)
-    b = mass.targets(corners)
-    error = np.sum(size * (ROUNDING * np.abs(b) + mass.target_errors(np.asarray(high))), axis=(-2, -1))
+    b = mass.targets(times)
+    error = np.sum(size * (ROUNDING * np.abs(b) + mass.target_errors(latest)), axis=(-2, -1))
     work = np.sum(trial * b, axis=(-2, -1)) - error
-    if not np.all(work > 0):
-        return 0.0
-    bulge = np.sum(np.hypot(*trial[2:].T) * width**2) / 8
-    area = (impulse(trial, corners) + bulge) * (1 + ROUNDING) + ROUNDING * np.sum(size)
-    bound = float(np.min(work / area)) * (1 - ROUNDING)
-    return bound if np.isfinite(bound) else 0.0
+    bulge = np.sum(np.hypot(trial[..., 2:, 0], trial[..., 2:, 1]) * width**2, axis=-1) / 8
+    area = (impulse(trial, times) + bulge) * (1 + ROUNDING) + ROUNDING * np.sum(size, axis=(-2, -1))
+    with np.errstate(all="ignore"):
+        bound = work / area * (1 - ROUNDING)
+    return np.asarray(np.where((work > 0) & np.isfinite(bound), bound, 0.0))
 
 
 @dataclass(frozen=True)

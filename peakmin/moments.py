@@ -17,7 +17,8 @@ are admissible when f_i . l_i >= 0 for every clear wall.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -83,13 +84,13 @@ class PointMass:
         """
         if not np.any(np.isfinite(self.width)):
             return self
-        flip = (far & np.isfinite(self.width))[:, None]
-        across = np.where(flip, np.where(np.isfinite(self.width), self.width, 0.0)[:, None] * self.free, 0.0)
+        flip = (far & np.isfinite(self.width))[..., None]
+        across = np.where(flip, np.where(np.isfinite(self.width), self.width, 0.0)[..., None] * self.free, 0.0)
         return replace(
             self,
             tips=self.tips + across,
             free=np.where(flip, -self.free, self.free),
-            width=np.full(self.walls, math.inf),
+            width=np.full_like(self.width, math.inf),
         )
 
     def only(self, walls: Mask) -> PointMass:
@@ -99,12 +100,17 @@ class PointMass:
 
     def facing_for(self, multipliers: Array) -> PointMass:
         """The openings' walls that the multipliers L, shape (2+q, 2), push against."""
-        return self.facing(np.sum(self.free * multipliers[2:], axis=1) < 0)
+        return self.facing(np.sum(self.free * multipliers[..., 2:, :], axis=-1) < 0)
+
+    @classmethod
+    def stacked(cls, masses: Sequence[PointMass]) -> PointMass:
+        """Many of equally many walls as one, along a first axis of every array: for what says that it takes such."""
+        return cls(**{field.name: np.stack([getattr(one, field.name) for one in masses]) for field in fields(cls)})
 
     @property
     def walls(self) -> int:
         """Number q of walls."""
-        return len(self.tips)
+        return int(self.tips.shape[-2])
 
     @property
     def unit(self) -> float:
@@ -112,31 +118,35 @@ class PointMass:
         return self.length / self.time**2
 
     def targets(self, times: Array, end: ArrayLike = 1.0) -> Array:
-        """b(T), shape (..., 2+q, 2), affine in the obstacle times (..., q) and in the end of the maneuver (...)."""
+        """b(T), shape (..., 2+q, 2), affine in the obstacle times (..., q) and in the end of the maneuver (...).
+
+        Leading axes broadcast, also those of stacked maneuvers.
+        """
         times, end = np.asarray(times, dtype=float), np.asarray(end, dtype=float)
-        shape = np.broadcast_shapes(times.shape[:-1], end.shape)
-        rows = [self.pf - np.multiply.outer(end, self.v0), self.vf - self.v0]
-        rows += [self.tips[i] - np.multiply.outer(times[..., i], self.v0) for i in range(self.walls)]
-        return np.stack([np.broadcast_to(row, (*shape, 2)) for row in rows], axis=-2)
+        out = np.empty((*np.broadcast_shapes(times.shape[:-1], end.shape, self.v0.shape[:-1]), 2 + self.walls, 2))
+        out[..., 0, :] = self.pf - end[..., None] * self.v0
+        out[..., 1, :] = self.vf - self.v0
+        out[..., 2:, :] = self.tips - times[..., None] * self.v0[..., None, :]
+        return out
 
     def target_errors(self, times: Array) -> Array:
-        """Bound on the rounding error of `targets`, shape (2+q, 2)."""
-        coasted = np.multiply.outer(np.asarray(times), np.abs(self.v0))
-        return ROUNDING * np.vstack(
-            [
-                np.abs(self.pf) + np.abs(self.v0),
-                np.abs(self.vf) + np.abs(self.v0),
-                np.abs(self.tips) + coasted,
-            ]
-        )
+        """Bound on the rounding error of `targets`, shape (..., 2+q, 2)."""
+        v0, times = np.abs(self.v0), np.asarray(times)
+        out = np.empty((*np.broadcast_shapes(times.shape[:-1], v0.shape[:-1]), 2 + self.walls, 2))
+        out[..., 0, :] = np.abs(self.pf) + v0
+        out[..., 1, :] = np.abs(self.vf) + v0
+        out[..., 2:, :] = np.abs(self.tips) + times[..., None] * v0[..., None, :]
+        return ROUNDING * out
 
     def admissible(self, multipliers: Array) -> Array:
-        """The multipliers with f_i . l_i raised to zero where a clear wall has it below."""
-        along = np.sum(self.free * multipliers[2:], axis=1)
+        """The multipliers (..., 2+q, 2) with f_i . l_i raised to zero where a clear wall has it below."""
+        walls = multipliers[..., 2:, :]
+        along = np.sum(self.free * walls, axis=-1)
         # raised a rounding error above zero, so that f_i . l_i >= 0 holds in exact arithmetic too
-        raised = np.where(self.clear & (along < 0), ROUNDING * np.hypot(*multipliers[2:].T) - along, 0.0)
+        size = np.hypot(walls[..., 0], walls[..., 1])
+        raised = np.where(self.clear & (along < 0), ROUNDING * size - along, 0.0)
         out = multipliers.copy()
-        out[2:] += raised[:, None] * self.free
+        out[..., 2:, :] += raised[..., None] * self.free
         return out
 
     def reached(self, times: Array, moments: Array) -> Array:

@@ -394,3 +394,108 @@ def test_a_dip_through_the_line_of_a_ray(seed, wrap):
     else:
         assert found == pytest.approx(-deepest, abs=1e-7)
     assert abs(along) > 0.5
+
+
+@pytest.mark.parametrize("seed", [37, 66, 101, 163, 169, 198, 216, 236, 287])
+def test_what_bulges_towards_a_corner_between_slow_ends(seed):
+    """Chords shorter than the path's deviation from them, past one corner where it turns and another elsewhere."""
+    rng = np.random.default_rng(seed)
+    deviation = 40 / 64**2 / 8
+    motion = hold((0, 0), (rng.uniform(0.02, 0.4), -20 + rng.uniform(-0.3, 0.3)), (0, 40))
+    turn = -motion.start_velocity[1] / 40
+    t = np.array([turn + rng.uniform(-1, 1) / 128, rng.uniform(0.2, 0.4)])
+    velocity = motion.velocity(t)
+    normal = np.stack([-velocity[:, 1], velocity[:, 0]], axis=1) / np.hypot(*velocity.T)[:, None]
+    a, b = motion.position(t) - normal * (deviation * rng.uniform(0.01, 1.5, 2))[:, None]
+    spikes = np.array([a, [a[0] + 1e-6, -50], [b[0] - 30, -50], b, [a[0] - (a[0] - b[0]) * 0.02, a[1] - 0.5]])
+    assert block_clearance(Opaque(motion), spikes) <= block_clearance(motion, spikes) + 1e-12
+
+
+@pytest.mark.parametrize("duration", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("seed", range(4))
+def test_chords_are_as_close_in_any_unit_of_time(seed, duration):
+    motion = random_motion(np.random.default_rng(seed))
+    k = duration / motion.nodes[-1]
+    motion = HoldTrajectory(motion.nodes * k, motion.control / k**2, motion.start_position, motion.start_velocity / k)
+    vertices = SQUARE + np.array([20, 0])
+    exact, bound = block_clearance(motion, vertices), block_clearance(Opaque(motion), vertices)
+    extent = np.max(np.ptp(motion.position(np.linspace(0, duration, 2001)), axis=0))
+    assert exact - TOLERANCE * (extent + motion.peak() * duration**2) <= bound <= exact + 1e-12
+
+
+@pytest.mark.parametrize("fraction", [0.97, 0.98, 0.99])
+@pytest.mark.parametrize("bend", [0.6, 1.2, -1.2])
+def test_a_corner_just_before_the_end_of_a_bent_hold(bend, fraction):
+    """At constant speed around a bend, then straight on: the corner is nearer to the bend than to any node."""
+    turn = np.array([math.cos(bend) - 1, math.sin(bend)])
+    for off in (1e-4, 1e-2):
+        motion = hold((0, 0), (1, 0), turn, (0, 0))
+        r, v = motion.position(fraction), motion.velocity(fraction)
+        normal = np.array([-v[1], v[0]]) / np.hypot(*v) * -np.sign(bend)  # outside the bend
+        tip = r + off * normal
+        ahead = normal + 2 * v / np.hypot(*v)
+        spike = np.array([tip, tip + 9 * ahead + 0.01 * v, tip + 9 * ahead - 0.01 * v])
+        least, inside = by_roots(motion, spike)
+        assert not inside
+        assert block_clearance(motion, spike) == pytest.approx(least, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_dip_just_below_the_tip(seed):
+    """Between the ends of chords, a rounding of the chords below the tip: it crosses all the same."""
+    rng = np.random.default_rng(seed)
+    tau, slope = rng.uniform(0.2, 0.8), rng.choice([-1, 0, 1])
+    along = 1e-4 if slope == 0 else rng.uniform(1e-4, 3e-3)
+    depth = 1e-6
+    motion = hold((along - slope * tau, 3 * tau**2 - depth), (slope, -6 * tau), (0, 6.0))
+    half = math.sqrt(depth / 3)
+    deepest = max(along + slope * half, along - slope * half)
+    found = wall_clearance(Opaque(motion), np.zeros(2), np.array([1.0, 0]), 0.0)
+    assert found == pytest.approx(-deepest, abs=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_dip_little_deeper_than_what_chords_may_lose(seed):
+    rng = np.random.default_rng(seed)
+    tau, bend = rng.uniform(0.2, 0.8), rng.uniform(1, 20)
+
+    def dip(depth):  # off = bend (t - tau)^2 - depth
+        return hold((1.5, bend * tau**2 - depth), (0, -2 * bend * tau), (0, 2 * bend))
+
+    tolerance = TOLERANCE * (bend * max(tau, 1 - tau) ** 2 + 2 * bend)
+    motion = Opaque(dip(0.6 * tolerance))
+    assert wall_clearance(motion, np.zeros(2), np.array([1.0, 0]), 0.0) == pytest.approx(-1.5, abs=1e-7)
+    # holds lose nothing
+    assert wall_clearance(dip(1e-12), np.zeros(2), np.array([1.0, 0]), 0.0) == pytest.approx(-1.5, abs=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_rounding_errors_are_no_sides_of_a_wall_anywhere(seed):
+    """Along a ray, of which the tip is far from the origin, or the path, or both; and across one in the smallest units."""
+    rng = np.random.default_rng(seed)
+    angle = rng.uniform(0, 2 * math.pi)
+    e = np.array([math.cos(angle), math.sin(angle)])
+    far, tip = [(1e6, 0.0), (0.0, 1.0), (1e6, 1e6)][seed % 3]
+    tip = -tip * e if seed % 2 else tip * rng.choice([-1, 1], size=2)
+    begin = tip + max(far, 1e6 if seed % 3 == 0 else 1.0) * e
+    motion = hold(begin, 0.1 * e, *([(0, 0)] * 7))
+    assert wall_clearance(motion, tip, e, 0.0) == 0
+    unit = 1e-8
+    across = hold(unit * (2 * e + [-e[1], e[0]]), -2 * unit * np.array([-e[1], e[0]]), (0, 0))
+    assert wall_clearance(across, np.zeros(2), e, 0.0) == pytest.approx(-2 * unit, rel=1e-9)
+
+
+def test_it_changes_sides_up_along_the_ray():
+    """Onto the ray 0.35 below the tip, up it, and off on the other side."""
+    motion = HoldTrajectory(
+        np.array([0, 0.5, 1.0, 1.5]), np.zeros((3, 2)), np.array([0.45, 0.15]), np.array([0.1, 0.0])
+    )
+    up = HoldTrajectory(
+        np.array([0, 0.5, 1.5, 2.5]),
+        np.array([[-0.2, 0.0], [0, 0.5], [0.4, -0.5]]),
+        np.array([0.475, 0.15]),
+        np.array([0.1, 0]),
+    )
+    np.testing.assert_allclose(up.node_position[1], [0.5, 0.15])
+    assert wall_clearance(motion, TIP, DOWN, 0.0) == pytest.approx(-0.35, abs=1e-12)
+    assert wall_clearance(up, TIP, DOWN, 0.0) == pytest.approx(-0.35, abs=1e-12)
