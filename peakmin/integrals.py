@@ -16,6 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -107,29 +108,49 @@ def derivatives(first: Sequence[float], last: Sequence[float]) -> list[float]:
     dx, dy = x1 - x0, y1 - y0
     d, r0, r1 = math.hypot(dx, dy), math.hypot(x0, y0), math.hypot(x1, y1)
     if d <= STRAIGHT * min(r0, r1) or d == 0:
-        return _smooth(first, last)
+        return [float(x) for x in _smooth(np.asarray(first), np.asarray(last))]
     cx, cy = dx / d, dy / d
     e = y0 * cx - x0 * cy if r0 < r1 else y1 * cx - x1 * cy  # n = (-cy, cx)
     s0, s1 = x0 * cx + y0 * cy, x1 * cx + y1 * cy
     small = abs(e) if abs(e) > NO_OFFSET else 1.0
     over_r = math.asinh(s1 / small) - math.asinh(s0 / small)
+    floor = 1e-14 * max(r0, r1)
+    off = max(abs(e), floor if floor > 0 else 1.0)
+    cubes = _cubes(s0, off, math.hypot, math.asinh), _cubes(s1, off, math.hypot, math.asinh)
+    return _closed((cx, cy), d, (s0, s1), (r0, r1), over_r, e, off if e >= 0 else -off, cubes)
+
+
+def all_derivatives(first: Array, last: Array) -> Array:
+    """`derivatives` of pieces (..., 2) at once, shape (..., 14)."""
+    k = _Piece.of(first, last)
+    floor = 1e-14 * np.maximum(*k.r)
+    off = np.maximum(np.abs(k.e), np.where(floor > 0, floor, 1.0))
+    cubes = _cubes(k.s[0], off, np.hypot, np.arcsinh), _cubes(k.s[1], off, np.hypot, np.arcsinh)
+    c, signed = (k.c[..., 0], k.c[..., 1]), np.where(k.e >= 0, off, -off)
+    out = np.stack(_closed(c, k.d, k.s, k.r, k.a[1] - k.a[0], k.e, signed, cubes), axis=-1)
+    return out if np.all(k.bent) else np.where(k.bent[..., None], out, _smooth(first, last))
+
+
+def _closed(c: Any, d: Any, s: Any, r: Any, over_r: Any, e: Any, off: Any, cubes: Any) -> list[Any]:
+    """The closed forms, of numbers or of arrays: over_r = int 1/r ds;  off: e, kept off zero;  cubes: at both ends."""
+    (cx, cy), (s0, s1), (r0, r1) = c, s, r  # n = (-cy, cx)
     s_over_r, ss_over_r = r1 - r0, 0.5 * (s1 * r1 - s0 * r0 - e * e * over_r)
     norm = 0.5 * (s1 * r1 - s0 * r0 + e * e * over_r) / d
     on_c, on_n = s_over_r / d, e * over_r / d
     out = [norm, on_c * cx - on_n * cy, on_c * cy + on_n * cx]
     on_c, on_n = (ss_over_r - s0 * s_over_r) / d**2, e * (s_over_r - s0 * over_r) / d**2
     out += (on_c * cx - on_n * cy, on_c * cy + on_n * cx)
-    floor = 1e-14 * max(r0, r1)
-    sign, e = (-1.0 if e < 0 else 1.0), max(abs(e), floor if floor > 0 else 1.0)
-    # e^2 times the zeroth, e times the first: no division by e
-    q0, q1, j2, j3, j4 = (b - a for a, b in zip(_cubes(s0, e), _cubes(s1, e), strict=True))
+    # e^2 times the zeroth, |e| times the first: no division by e
+    q0, q1, j2, j3, j4 = (b - a for a, b in zip(*cubes, strict=True))
+    size = abs(off)
+    sign = off / size
     xx, xy, yy, xy2, square = cx * cx, cx * cy, cy * cy, 2 * cx * cy, cx * cx - cy * cy
     for cc, cn, nn in (
         (q0 / d, sign * q1 / d, j2 / d),
-        ((e * q1 - s0 * q0) / d**2, sign * (e * j2 - s0 * q1) / d**2, (j3 - s0 * j2) / d**2),
+        ((size * q1 - s0 * q0) / d**2, sign * (size * j2 - s0 * q1) / d**2, (j3 - s0 * j2) / d**2),
         (
-            (e * e * j2 - 2 * s0 * e * q1 + s0 * s0 * q0) / d**3,
-            sign * (e * j3 - 2 * s0 * e * j2 + s0 * s0 * q1) / d**3,
+            (size * size * j2 - 2 * s0 * size * q1 + s0 * s0 * q0) / d**3,
+            sign * (size * j3 - 2 * s0 * size * j2 + s0 * s0 * q1) / d**3,
             (j4 - 2 * s0 * j3 + s0 * s0 * j2) / d**3,
         ),
     ):
@@ -137,21 +158,21 @@ def derivatives(first: Sequence[float], last: Sequence[float]) -> list[float]:
     return out
 
 
-def _cubes(s: float, e: float) -> tuple[float, float, float, float, float]:
-    r, a = math.hypot(s, e), math.asinh(s / e)
+def _cubes(s: Any, e: Any, hypot: Any, asinh: Any) -> tuple[Any, ...]:
+    r, a = hypot(s, e), asinh(s / e)
     return s / r, -e / r, a - s / r, r + e * e / r, 0.5 * s * r - 1.5 * e * e * a + e * e * s / r
 
 
-def _smooth(first: Sequence[float], last: Sequence[float]) -> list[float]:
-    """The same by the Gauss rule."""
-    p = _between(np.asarray(first), np.asarray(last))
-    r = np.hypot(p[:, 0], p[:, 1])
-    size = np.where(r > 0, r, 1.0)
-    along = p / size[:, None]
-    x, w = GAUSS_NODES, GAUSS_WEIGHTS
-    entries = np.stack([along[:, 1] ** 2, -along[:, 0] * along[:, 1], along[:, 0] ** 2], axis=1) / size[:, None]
-    weights = w * x ** np.arange(3)[:, None]
-    return [float(w @ r), *(weights[:2] @ along).ravel().tolist(), *(weights @ entries).ravel().tolist()]
+def _smooth(first: Array, last: Array) -> Array:
+    """The same by the Gauss rule, (..., 2) -> (..., 14)."""
+    p = _between(first, last)
+    r = np.hypot(p[..., 0], p[..., 1])
+    size = np.where(r > 0, r, 1.0)[..., None]
+    x, y = np.moveaxis(p / size, -1, 0)
+    entries = np.stack([y**2, -x * y, x**2], axis=-1) / size
+    weights = GAUSS_WEIGHTS * GAUSS_NODES ** np.arange(3)[:, None]
+    means = (weights[:2] @ (p / size)).reshape(*r.shape[:-1], 4), (weights @ entries).reshape(*r.shape[:-1], 9)
+    return np.concatenate([(r @ GAUSS_WEIGHTS)[..., None], *means], axis=-1)
 
 
 @lru_cache(maxsize=64)

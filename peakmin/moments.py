@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -105,7 +106,8 @@ class PointMass:
     @classmethod
     def stacked(cls, masses: Sequence[PointMass]) -> PointMass:
         """Many of equally many walls as one, along a first axis of every array: for what says that it takes such."""
-        return cls(**{field.name: np.stack([getattr(one, field.name) for one in masses]) for field in fields(cls)})
+        own: Any = {field.name: np.stack([getattr(one, field.name) for one in masses]) for field in fields(cls)}
+        return cls(**own)
 
     @property
     def walls(self) -> int:

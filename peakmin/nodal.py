@@ -26,7 +26,7 @@ from .moments import PointMass
 
 @dataclass(frozen=True)
 class Nodal:
-    """The problem in nodal form; n = q+2 kinks."""
+    """The problem in nodal form; n = q+2 kinks. Stacked maneuvers with kinks (m, n) have a first axis everywhere."""
 
     mass: PointMass
     kinks: Array
@@ -38,17 +38,19 @@ class Nodal:
     def forces(self, beyond: Array) -> Array:
         """c, shape (n, 2), for wall points s_j (q,) beyond the tips."""
         mass = self.mass
-        r = np.vstack([np.zeros(2), mass.tips + beyond[:, None] * mass.free, mass.pf])
-        speeds = np.vstack([mass.v0, np.diff(r, axis=0) / self.h[:, None], mass.vf])
-        return np.diff(speeds, axis=0)
+        walls = mass.tips + beyond[..., None] * mass.free
+        ends = np.zeros_like(mass.pf)[..., None, :], mass.pf[..., None, :]
+        r = np.concatenate([ends[0], walls, ends[1]], axis=-2)
+        mean = np.diff(r, axis=-2) / self.h[..., None]
+        return np.diff(np.concatenate([mass.v0[..., None, :], mean, mass.vf[..., None, :]], axis=-2), axis=-2)
 
     def multipliers(self, p: Array) -> Array:
         """L, shape (2+q, 2), of the nodal values (n, 2)."""
-        slopes = np.diff(p, axis=0) / self.h[:, None]
-        return np.vstack([-slopes[-1:], p[-1:], np.diff(slopes, axis=0)])
+        slopes = np.diff(p, axis=-2) / self.h[..., None]
+        return np.concatenate([-slopes[..., -1:, :], p[..., -1:, :], np.diff(slopes, axis=-2)], axis=-2)
 
     def derivatives(self, p: Array) -> tuple[float, Array, Array]:
-        """I, dI/dP (2n,) and d2I/dP2 (2n, 2n)."""
+        """I, dI/dP (2n,) and d2I/dP2 (2n, 2n); not of stacked maneuvers."""
         n, values = len(p), p.tolist()
         pieces = [derivatives(a, b) for a, b in zip(values, values[1:], strict=False)]
         total = (self.h[:, None] * pieces).ravel() @ assembly(n)
@@ -56,24 +58,32 @@ class Nodal:
 
     def masses(self) -> Array:
         """int phi_i phi_j dt of the hat functions, shape (n, n)."""
-        h = self.h
-        return np.diag(np.r_[h, 0] / 3 + np.r_[0, h] / 3) + np.diag(h / 6, 1) + np.diag(h / 6, -1)
+        h, i = self.h, np.arange(self.kinks.shape[-1])
+        out = np.zeros((*self.kinks.shape, len(i)))
+        out[..., i[:-1], i[:-1]] += h / 3
+        out[..., i[1:], i[1:]] += h / 3
+        out[..., i[:-1], i[1:]] = out[..., i[1:], i[:-1]] = h / 6
+        return out
 
     def basis(self, idle: Mask, silent: Mask) -> Array:
         """Columns that span the P with f_j . l_j = 0 at idle walls (q,) and P_j = 0 at silent kinks (n,)."""
-        n = len(self.kinks)
-        jumps = self.multipliers_matrix()
-        rows = [np.kron(jumps[j], self.mass.free[j]) for j in np.flatnonzero(idle)]
-        rows += [np.eye(2 * n)[2 * j + i] for j in np.flatnonzero(silent) for i in (0, 1)]
+        n = self.kinks.shape[-1]
+        lead = self.kinks.shape[:-1]
+        one = np.broadcast_to(np.eye(2 * n), (*lead, 2 * n, 2 * n))
+        jumps = self.multipliers_matrix()[..., :, None] * self.mass.free[..., None, :]
+        rows = [jumps[..., j, :, :].reshape(*lead, 2 * n) for j in np.flatnonzero(idle).tolist()]
+        rows += [one[..., 2 * j + i, :] for j in np.flatnonzero(silent).tolist() for i in (0, 1)]
         if not rows:
-            return np.eye(2 * n)
-        _, size, v = np.linalg.svd(np.array(rows) / np.linalg.norm(rows, axis=1, keepdims=True))
-        return np.asarray(v[int(np.sum(size > 1e-12)) :].T)
+            return one
+        every = np.stack(rows, axis=-2)
+        _, size, v = np.linalg.svd(every / np.linalg.norm(every, axis=-1, keepdims=True))
+        return np.asarray(np.swapaxes(v[..., int(np.max(np.sum(size > 1e-12, axis=-1))) :, :], -1, -2))
 
     def multipliers_matrix(self) -> Array:
         """The matrix that takes nodal values to jumps of the slope at the walls, shape (q, n)."""
-        h, q = self.h, len(self.kinks) - 2
-        out = np.zeros((q, q + 2))
-        for j in range(q):
-            out[j, j : j + 3] = [1 / h[j], -1 / h[j] - 1 / h[j + 1], 1 / h[j + 1]]
+        h, j = self.h, np.arange(self.kinks.shape[-1] - 2)
+        out = np.zeros((*self.kinks.shape[:-1], len(j), len(j) + 2))
+        out[..., j, j] = 1 / h[..., :-1]
+        out[..., j, j + 1] = -1 / h[..., :-1] - 1 / h[..., 1:]
+        out[..., j, j + 2] = 1 / h[..., 1:]
         return out

@@ -10,15 +10,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array
+from .batch import extremals
 from .bracket import Bracket
 from .compiled import shared
 from .errors import SpecError
 from .least import LeastPeak
+from .moments import PointMass
 from .obstacles import Wall
 from .plan import Plan
 from .search import solve
 from .sensitivity import Sensitivities, sensitivities
 from .spec import Exact, Maneuver, Settings, State, walls_only
+
+TOGETHER = 1000  # queries at given times that are answered at once
+Answer = tuple[float, float, bool, Array, Array]
 
 
 @dataclass(frozen=True)
@@ -156,19 +161,23 @@ class PeakOracle:
         sizes = {len(value) for value, depth in given if value is not None and value.ndim > depth}
         if len(sizes) > 1:
             raise SpecError(f"queries: was {sorted(sizes)} of a kind, must be as many of each, or one for all")
-        queries, answers = [], []
+        queries, times = [], []
         for k in range(sizes.pop() if sizes else 1):
             one = [None if value is None else value[k] if value.ndim > depth else value for value, depth in given]
             queries.append(self.query(one[0], one[1], one[2], one[3]))
-            answers.append(self._answer(queries[-1], one[4]))
+            times.append(np.asarray(one[4]))
+        if obstacle_times is None:
+            answers = [self._answer(maneuver, None) for maneuver in queries]
+        else:
+            answers = self._all_at(queries, times)
         if not answers:
             none = np.zeros(0)
             return Peaks(none, none, none.astype(bool), np.zeros((0, len(self.maneuver.walls))), (), ())
-        peak, bound, solved, times, multipliers = zip(*answers, strict=True)
-        placed = np.array(times).reshape(len(peak), -1)
+        peak, bound, solved, at, multipliers = zip(*answers, strict=True)
+        placed = np.array(at).reshape(len(peak), -1)
         return Peaks(np.array(peak), np.array(bound), np.array(solved), placed, tuple(queries), multipliers)
 
-    def _answer(self, maneuver: Maneuver, times: Array | None) -> tuple[float, float, bool, Array, Array]:
+    def _answer(self, maneuver: Maneuver, times: Array | None) -> Answer:
         """Peak, bound, whether solved, obstacle times and multipliers."""
         if times is None:
             with shared():
@@ -178,13 +187,26 @@ class PeakOracle:
         multipliers = np.zeros((2 + len(placed), 2)) if bracket.multipliers is None else bracket.multipliers
         return bracket.upper * unit, bracket.lower * unit, math.isfinite(bracket.upper), placed, multipliers
 
+    def _all_at(self, queries: list[Maneuver], times: list[Array]) -> list[Answer]:
+        """As `_answer`, with all that is not difficult done at once by the exact method."""
+        for maneuver, placed in zip(queries, times, strict=True):
+            _refuse(maneuver, placed)
+        done: dict[int, Answer] = {}
+        narrow = any(wall.opening is not None for wall in self.maneuver.walls)
+        many = len(queries) if isinstance(self.settings.method, Exact) and not narrow else 0
+        for first in range(0, many, TOGETHER):
+            each = [PointMass.of(maneuver) for maneuver in queries[first : first + TOGETHER]]
+            scaled = [at / mass.time for at, mass in zip(times[first : first + TOGETHER], each, strict=True)]
+            found = extremals(PointMass.stacked(each), np.array(scaled))
+            for k in np.flatnonzero(found.settled).tolist():
+                ends = float(found.upper[k]) * each[k].unit, float(found.lower[k]) * each[k].unit
+                done[first + k] = *ends, True, scaled[k] * each[k].time, found.multipliers[k]
+        every = enumerate(zip(queries, times, strict=True))
+        return [done[k] if k in done else self._answer(*asked) for k, asked in every]
+
     def _at(self, maneuver: Maneuver, times: Array) -> tuple[Array, Bracket, float]:
         """Times as the grid places them [s], the bracket there [scaled] and the unit of its ends [m/s^2]."""
-        walls_only(maneuver, "given obstacle times")
-        inside = times.shape == (len(maneuver.walls),) and np.all(np.diff([0.0, *times, maneuver.duration]) > 0)
-        if not inside:
-            rising = f"{len(maneuver.walls)} times that increase strictly between 0 and {maneuver.duration}"
-            raise SpecError(f"obstacle_times: was {times.tolist()}, must be {rising}")
+        _refuse(maneuver, times)
         with shared():
             least = LeastPeak(maneuver, self.settings)
             return least.place(times) * least.mass.time, least(times), least.mass.unit
@@ -200,6 +222,14 @@ class PeakOracle:
             Wall(**(wall.model_dump() | {"tip": next(moved)})) if isinstance(wall, Wall) else wall
             for wall in self.maneuver.obstacles
         )
+
+
+def _refuse(maneuver: Maneuver, times: Array) -> None:
+    walls_only(maneuver, "given obstacle times")
+    ends = np.concatenate([[0.0], times, [maneuver.duration]]) if times.ndim == 1 else times
+    if times.shape != (len(maneuver.walls),) or not np.all(ends[1:] > ends[:-1]):
+        rising = f"{len(maneuver.walls)} times that increase strictly between 0 and {maneuver.duration}"
+        raise SpecError(f"obstacle_times: was {times.tolist()}, must be {rising}")
 
 
 def _state(name: str, given: State | ArrayLike) -> State:
