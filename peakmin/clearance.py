@@ -287,6 +287,8 @@ def wall_clearance(motion: Trajectory, tip: Array, direction: Array, room: float
     low, high = times[before], times[after]
     for _ in range(HALVINGS):
         middle = (low + high) / 2
+        if np.all((middle == low) | (middle == high)):
+            break
         unchanged = ray.coordinates(motion.position(middle))[1][:, 0] * off[before] > 0
         low, high = np.where(unchanged, middle, low), np.where(unchanged, high, middle)
     crossed = ray.coordinates(motion.position((low + high) / 2))[0][:, 0]

@@ -121,7 +121,7 @@ def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | No
 
 def _keeping(plan: Plan, until: float, cells: Cells | None = None, way: Way = ()) -> Plan:
     """The plan, or where its path leaves the region, goes too fast or meets a wall again, one that does not."""
-    if plan.status == "infeasible" or plan.trajectory is None or plan.keeping().passed(plan.maneuver):
+    if plan.status != "unknown" or plan.trajectory is None or plan.keeping().passed(plan.maneuver):
         return plan
     from .keep import KeptProgram
     from .program import Count
