@@ -5,15 +5,26 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TypeVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
 
 from .circle import Disc, Polygon
 from .grid import Aligned, Uniform
-from .program import Count, DirectProgram, FeasibilityProgram, structure
 from .spec import Maneuver
 
+if TYPE_CHECKING:
+    from .program import DirectProgram, FeasibilityProgram
+
 MOST = 8  # programs that are kept; one of 20,000 holds takes some 100 MB
-P = TypeVar("P", DirectProgram, FeasibilityProgram)
+P = TypeVar("P", "DirectProgram", "FeasibilityProgram")
+
+
+@dataclass
+class Count:
+    """How much work the programs did."""
+
+    compilations: int = 0
+    solves: int = 0
 
 
 class Programs:
@@ -31,6 +42,8 @@ class Programs:
             circle, grid: compiled in, as is the maneuver's `structure`.
             count: where its work is counted.
         """
+        from .program import structure  # cvxpy takes a second to import
+
         key = kind, circle, grid, structure(maneuver)
         program = self._kept.pop(key, None)
         if not isinstance(program, kind):

@@ -24,12 +24,12 @@ from .arrays import Array
 from .bracket import Bracket
 from .cells import Cells, Way
 from .circle import Disc, Polygon
+from .compiled import Count
 from .deadline import OverError, over
 from .grid import Aligned, Uniform
 from .keeping import Keeping, extent, inward, keeping
 from .moments import PointMass
 from .obstacles import Wall
-from .program import Count
 from .spec import Maneuver
 from .states import StateProgram
 from .trajectory import HoldTrajectory

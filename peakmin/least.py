@@ -10,6 +10,7 @@ from .arrays import Array
 from .bisection import bisect, direct
 from .bracket import Bracket
 from .circle import Disc, Polygon
+from .compiled import Count, programs
 from .exact import Extremal, settled
 from .frame import Frame
 from .grid import Aligned
@@ -30,12 +31,10 @@ class LeastPeak:
         circle: Disc | Polygon | None = None,
         until: float = math.inf,
     ) -> None:
-        from . import compiled, program  # cvxpy takes a second to import
-
         self.maneuver, self.settings, self.until = maneuver, settings, until
         self.mass = PointMass.of(maneuver)
-        self.count = program.Count()
-        self._kinds, self._programs = program, compiled.programs()
+        self.count = Count()
+        self._programs = programs()
         shape = (circle or settings.circle).facing(Frame.from_maneuver(maneuver).angle)
         self._arguments = (maneuver, shape, settings.grid)
         self._known: dict[bytes, Bracket] = {}
@@ -55,15 +54,21 @@ class LeastPeak:
             if isinstance(self.settings.method, Exact):
                 self._extremals[key] = settled(self.mass, placed, self._propose)
                 bracket = self._extremals[key].bracket
-            elif isinstance(self.settings.method, Bisection):
-                feasibility = self._programs.take(self._kinds.FeasibilityProgram, *self._arguments, self.count)
-                bracket = bisect(feasibility, times, self.settings, self._hint, self.until)
             else:
-                program = self._programs.take(self._kinds.DirectProgram, *self._arguments, self.count)
-                bracket = direct(program, times, self.settings, self.until)
+                bracket = self._asked(times)
             self._hint = bracket.multipliers
             self._known[key] = bracket
         return self._known[key]
+
+    def _asked(self, times: Array) -> Bracket:
+        """The bracket by a program."""
+        from .program import DirectProgram, FeasibilityProgram  # cvxpy takes a second to import
+
+        if isinstance(self.settings.method, Bisection):
+            feasibility = self._programs.take(FeasibilityProgram, *self._arguments, self.count)
+            return bisect(feasibility, times, self.settings, self._hint, self.until)
+        program = self._programs.take(DirectProgram, *self._arguments, self.count)
+        return direct(program, times, self.settings, self.until)
 
     def motion(self, times: Array) -> Trajectory | None:
         """The motion of the upper end at these obstacle times [s], in SI units; None where there is none."""
@@ -80,6 +85,8 @@ class LeastPeak:
 
     def _propose(self, times: Array) -> Bracket:
         """The bracket at scaled times of a conic program on a coarse aligned grid."""
+        from .program import DirectProgram
+
         grid = Aligned(steps=COARSE * (1 + self.mass.walls))
-        program = self._programs.take(self._kinds.DirectProgram, self.maneuver, Disc(), grid, self.count)
+        program = self._programs.take(DirectProgram, self.maneuver, Disc(), grid, self.count)
         return direct(program, times * self.mass.time, self.settings, self.until)

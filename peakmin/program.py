@@ -21,7 +21,6 @@ import math
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import cvxpy as cp
@@ -30,6 +29,7 @@ import numpy as np
 from .arrays import Array
 from .bracket import Answer
 from .circle import Disc, Polygon
+from .compiled import Count
 from .deadline import left
 from .errors import NotDPPError, SpecError
 from .grid import Aligned, Uniform
@@ -71,14 +71,6 @@ def structure(maneuver: Maneuver) -> tuple[bytes, ...]:
     """
     mass = PointMass.of(maneuver)
     return mass.free.tobytes(), mass.clear.tobytes(), np.isfinite(mass.width).tobytes()
-
-
-@dataclass
-class Count:
-    """How much work the programs did."""
-
-    compilations: int = 0
-    solves: int = 0
 
 
 class _Program(ABC):

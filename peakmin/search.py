@@ -123,8 +123,8 @@ def _keeping(plan: Plan, until: float, cells: Cells | None = None, way: Way = ()
     """The plan, or where its path leaves the region, goes too fast or meets a wall again, one that does not."""
     if plan.status != "unknown" or plan.trajectory is None or plan.keeping().passed(plan.maneuver):
         return plan
+    from .compiled import Count
     from .keep import KeptProgram
-    from .program import Count
 
     began, count = time.perf_counter(), Count()
     circle = plan.settings.circle.facing(Frame.from_maneuver(plan.maneuver).angle)
