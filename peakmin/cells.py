@@ -14,14 +14,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from .arrays import Array
 from .errors import SpecError
 from .frame import Frame
-from .obstacles import Wall
+from .obstacles import Block, Wall
 from .spec import Maneuver
 
 SAME = 1e-12  # of the scene's size: lines closer than this are one, gaps that overlap by minus this much meet
@@ -49,6 +49,12 @@ class Cells:
     """All strips and gaps of a maneuver with blocks."""
 
     maneuver: Maneuver
+
+    @staticmethod
+    @lru_cache(maxsize=4)
+    def of(maneuver: Maneuver) -> Cells:
+        """Those of a maneuver, made once for its search and its proof."""
+        return Cells(maneuver)
 
     @cached_property
     def frame(self) -> Frame:
@@ -78,6 +84,17 @@ class Cells:
         joined = shapely.unary_union(parts)
         polygons = [part for part in getattr(joined, "geoms", [joined]) if part.geom_type == "Polygon"]
         return [np.array(ring.coords)[:-1] for p in polygons for ring in (p.exterior, *p.interiors)]
+
+    @cached_property
+    def edges(self) -> Array:
+        """Those of all blocks together, (E, 4): x, y of a corner and of the next."""
+        return _edges(self.solid)
+
+    @cached_property
+    def sided(self) -> list[tuple[Block, list[Array]]]:
+        """The blocks that are passed on one side only, with their rings."""
+        every = zip(self.maneuver.blocks, self.rings, strict=True)
+        return [(block, rings) for block, rings in every if block.side != "either"]
 
     @cached_property
     def walls(self) -> list[tuple[float, Wall]]:
@@ -114,11 +131,20 @@ class Cells:
     @cached_property
     def gaps(self) -> list[list[Gap]]:
         """For each strip its gaps from below, without those on a side that a block does not allow."""
-        return [self._strip(a, b) for a, b in zip(self.lines, self.lines[1:], strict=False)]
+        lines = np.array(self.lines)
+        middles = 0.5 * (lines[:-1] + lines[1:])
+        every: list[list[tuple[float, float]]] = [[] for _ in middles]
+        x, _, after, _ = self.edges.T
+        firsts = np.searchsorted(middles, np.minimum(x, after), side="right").tolist()
+        lasts = np.searchsorted(middles, np.maximum(x, after)).tolist()
+        for edge, first, last in zip(_straight(self.edges), firsts, lasts, strict=True):
+            for strip in every[first:last]:
+                strip.append(edge)
+        return [self._strip(edges, x) for edges, x in zip(every, middles.tolist(), strict=True)]
 
-    def _strip(self, left: float, right: float) -> list[Gap]:
-        middle = 0.5 * (left + right)
-        edges = sorted(_crossing(self.solid, left, right), key=lambda line: line[0] + line[1] * middle)
+    def _strip(self, edges: list[tuple[float, float]], middle: float) -> list[Gap]:
+        """The gaps between the edges y = a + b x of a strip."""
+        edges = sorted(edges, key=lambda line: line[0] + line[1] * middle)
         ends = [(-math.inf, 0.0), *edges, (math.inf, 0.0)]
         out = []
         for low, high in zip(ends[::2], ends[1::2], strict=True):
@@ -129,9 +155,7 @@ class Cells:
 
     def _allowed(self, gap: Gap, x: float) -> bool:
         low, high = gap.at(x)
-        for block, rings in zip(self.maneuver.blocks, self.rings, strict=True):
-            if block.side == "either":
-                continue
+        for block, rings in self.sided:
             section = [y for ring in rings for y in _heights(ring, x)]
             room = SAME * self.size
             if section and (
@@ -165,22 +189,24 @@ class Cells:
         out: list[list[frozenset[int]]] = []
         for k in range(last - 1, -1, -1):
             own = list(range(-1, -1 - len(self.gaps[k]), -1))
-            for g in range(len(self.gaps[k])):
-                for h in range(len(self.gaps[k + 1])):
-                    if self._meet(k, g, k + 1, h):
-                        old, new = own[g], label[h]
-                        own = [new if name == old else name for name in own]
-                        label = [new if name == old else name for name in label]
+            for g, h in self._met(k):
+                old, new = own[g], label[h]
+                own = [new if name == old else name for name in own]
+                label = [new if name == old else name for name in label]
             out.append([frozenset(h for h, name in enumerate(label) if name == own[g]) for g in range(len(own))])
             names = {name: i for i, name in enumerate(dict.fromkeys(own))}
             label = [names[name] for name in own]
         return out[::-1]
 
-    def _meet(self, k: int, g: int, other: int, h: int) -> bool:
-        x = self.lines[max(k, other)]
-        (a, b), (c, d) = self.gaps[k][g].at(x), self.gaps[other][h].at(x)
-        low, high = self._past_walls(x, max(a, c), min(b, d))
-        return high >= low - SAME * self.size
+    def _met(self, k: int) -> list[tuple[int, int]]:
+        """Which gaps of a strip and of the next have a point of the line between them in common."""
+        x, room, out = self.lines[k + 1], SAME * self.size, []
+        before, after = ([self._past_walls(x, *gap.at(x)) for gap in self.gaps[i]] for i in (k, k + 1))
+        for g, (a, b) in enumerate(before):
+            for h, (c, d) in enumerate(after):
+                if min(b, d) >= max(a, c) - room:
+                    out.append((g, h))
+        return out
 
     def _past_walls(self, x: float, low: float, high: float) -> Interval:
         """What the user's wall at x, if there is one, leaves of an interval there."""
@@ -250,17 +276,21 @@ class Cells:
         return [line for line in every if any(map(math.isfinite, self.interval(way, line)))]
 
 
-def _crossing(rings: list[Array], left: float, right: float) -> list[tuple[float, float]]:
-    """The edges y = a + b x that run all through a strip."""
-    middle, out = 0.5 * (left + right), []
-    for ring in rings:
-        (x, y), (after, height) = ring.T, np.roll(ring, -1, axis=0).T
-        for k in np.flatnonzero((np.minimum(x, after) < middle) & (middle < np.maximum(x, after))):
-            slope = float((height[k] - y[k]) / (after[k] - x[k]))
-            out.append((float(y[k] - slope * x[k]), slope))
-    return out
+def _edges(rings: list[Array]) -> Array:
+    """All their edges, (E, 4): x, y of a corner and of the next."""
+    return np.concatenate([np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in rings])
+
+
+def _straight(edges: Array) -> list[tuple[float, float]]:
+    """The a and b of edges (E, 4) on lines y = a + b x; no numbers of those that stand upright."""
+    x, y, after, height = edges.T
+    with np.errstate(all="ignore"):
+        slope = (height - y) / (after - x)
+        return list(zip((y - slope * x).tolist(), slope.tolist(), strict=True))
 
 
 def _heights(ring: Array, x: float) -> list[float]:
     """Where the ring's edges cross the line at x."""
-    return [a + b * x for a, b in _crossing([ring], x, x)]
+    edges = _edges([ring])
+    begin, end = edges[:, 0], edges[:, 2]
+    return [a + b * x for a, b in _straight(edges[(np.minimum(begin, end) < x) & (x < np.maximum(begin, end))])]

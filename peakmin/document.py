@@ -126,7 +126,7 @@ def _plan(data: dict[str, Any]) -> Plan:
     if spec.maneuver.blocks:
         if data["scope"] != "all":
             raise ValueError("the proof past blocks is of all times")
-        cells = Cells(spec.maneuver)
+        cells = Cells.of(spec.maneuver)
         proof = WaysProof(tuple(_branch(branch, cells) for branch in data["proof"]))
     else:
         proof = Proof(data["scope"], leaves_of(data["proof"], mass.walls))

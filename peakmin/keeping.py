@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array
-from .clearance import block_clearance, wall_clearance
+from .clearance import PIECES, block_clearance, wall_clearance
 from .spec import Maneuver
 from .trajectory import HoldTrajectory, Trajectory
 
@@ -62,8 +63,8 @@ def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
         (wall_clearance(motion, tip, along, ROOM * size) for wall in maneuver.walls for tip, along in wall.rays),
         default=math.inf,
     )
-    blocks = min((block_clearance(motion, np.array(block.vertices)) for block in maneuver.blocks), default=math.inf)
-    behind = min((block_clearance(motion, corners) for corners in _closed(maneuver)), default=math.inf)
+    blocks = least_clearance(motion, [np.array(block.vertices) for block in maneuver.blocks])
+    behind = least_clearance(motion, _closed(maneuver))
     return Keeping(
         min(walls, blocks),
         walls,
@@ -71,6 +72,29 @@ def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
         math.inf if maneuver.region is None else _inside(motion, np.array(maneuver.region)),
         0.0 if maneuver.max_speed is None else _fastest(motion),
     )
+
+
+def least_clearance(motion: Trajectory, polygons: Sequence[Array]) -> float:
+    """The least `block_clearance` [m] of polygons (n, 2); infinite of none.
+
+    No point of the path is further than some reach from the nearest of the times looked at: what even the corners' box
+    is further from than the least so far is not looked at more closely.
+    """
+    if not polygons:
+        return math.inf
+    times = np.union1d(motion.nodes, np.linspace(motion.nodes[0], motion.nodes[-1], PIECES + 1))
+    r, dt = motion.position(times), np.diff(times)
+    reach = float(np.max(np.hypot(*np.diff(r, axis=0).T) / 2 + motion.peak() * dt**2 / 8))
+    far = np.empty(len(polygons))
+    for k, corners in enumerate(polygons):
+        off = np.maximum(np.maximum(np.min(corners, axis=0) - r, r - np.max(corners, axis=0)), 0.0)
+        far[k] = np.min(np.hypot(off[:, 0], off[:, 1])) - reach
+    best = math.inf
+    for k in np.argsort(far):
+        if far[k] > 0 and best <= far[k]:
+            break
+        best = float(np.minimum(best, block_clearance(motion, polygons[k])))  # unlike min, keeps what is no number
+    return best
 
 
 @lru_cache(maxsize=16)

@@ -258,7 +258,7 @@ class Search:
         size, lift = self.cells.size, FIRST_LIFT * self.cells.size
         for _ in range(LIFTS):
             past = self.cells.maneuver_past(node.way, node.lines, lift)
-            if past is None or lift > 2 * A_LITTLE * size:
+            if past is None or lift > 2 * A_LITTLE * size or over(self._until):
                 return
             mass = PointMass.of(past)
             found = extremal(mass, node.certificate.times)

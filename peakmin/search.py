@@ -90,7 +90,7 @@ def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | No
     """
     began = time.perf_counter()
     assert isinstance(settings.search, GlobalSearch)
-    cells = Cells(maneuver)
+    cells = Cells.of(maneuver)
     if cells.ways is None:
         raise SpecError(
             "maneuver.obstacles: was closed on the sides asked for, must leave a way between start and goal"

@@ -43,7 +43,7 @@ class WaysProof:
 
     def bound(self, maneuver: Maneuver) -> float:
         """The lower bound [m/s^2], evaluated anew; zero where the branches leave a way out."""
-        cells = Cells(maneuver)
+        cells = Cells.of(maneuver)
         if not covered(cells, [branch.way for branch in self.branches], cells.ways):
             return 0.0
         bound = min((branch.bound(cells) for branch in self.branches), default=0.0)

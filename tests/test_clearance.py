@@ -6,6 +6,7 @@ import shapely
 
 import peakmin as pm
 from peakmin.clearance import TOLERANCE, block_clearance, wall_clearance
+from peakmin.keeping import least_clearance
 from peakmin.trajectory import HoldTrajectory
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -499,3 +500,16 @@ def test_it_changes_sides_up_along_the_ray():
     np.testing.assert_allclose(up.node_position[1], [0.5, 0.15])
     assert wall_clearance(motion, TIP, DOWN, 0.0) == pytest.approx(-0.35, abs=1e-12)
     assert wall_clearance(up, TIP, DOWN, 0.0) == pytest.approx(-0.35, abs=1e-12)
+
+
+@both
+@pytest.mark.parametrize("seed", range(12))
+def test_the_least_clearance_of_many_is_that_of_each(seed, wrap):
+    rng = np.random.default_rng(seed)
+    motion = wrap(random_motion(rng, holds=6))
+    spread = rng.choice([0.5, 3.0, 30.0])
+    blocks = [0.2 * COMB + rng.normal(size=2) * spread for _ in range(30)]
+    assert least_clearance(motion, blocks) == min(block_clearance(motion, block) for block in blocks)
+    assert least_clearance(motion, []) == math.inf
+    far = [SQUARE + np.array([0, 10.0 * k]) for k in range(3, 9)]
+    assert least_clearance(motion, far[::-1]) == block_clearance(motion, far[0])

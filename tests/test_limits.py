@@ -31,6 +31,16 @@ def example(name):
     return spec.maneuver if isinstance(spec, pm.Spec) else spec.asked
 
 
+def hundred(seed):
+    """A hundred small blocks on and beside the way."""
+    rng, blocks = np.random.default_rng(seed), []
+    while len(blocks) < 100:
+        angles = np.sort(rng.uniform(0, 2 * np.pi, rng.integers(3, 7)))
+        around = rng.uniform(0.005, 0.03) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        blocks.append(pm.Block(vertices=(rng.uniform([0.05, -0.6], [0.95, 0.6]) + around).tolist()))
+    return wall_maneuver(obstacles=blocks)
+
+
 HARD = {
     "speed": (OVER_UNDER_OVER.model_copy(update={"max_speed": 2.5}), {}),
     "uniform": (OVER_UNDER_OVER, {"grid": pm.Uniform(steps=400), "circle": pm.Polygon(segments=9)}),
@@ -41,6 +51,8 @@ HARD = {
     "cluttered": (example("cluttered"), {}),
     "arm": (task(30), {}),
     "arm with a table": (example("two_link"), {}),
+    "hundred blocks": (hundred(5), {}),
+    "hundred blocks, another way": (hundred(8), {}),
 }
 
 

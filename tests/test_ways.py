@@ -115,7 +115,7 @@ def test_rounding_errors_are_those_of_the_size(size):
         near = Cells(past(tall, box(0.4 + off, 0.6, -0.5, 0.2), box(1 - off, 1.2, 0.1, 0.2), box(-0.2, off, 0.1, 0.2)))
         assert len(near.lines) == (5 if allowed else 8)
         meeting = Cells(past(box(0.2, 0.4, -size, 0.1 + off), box(0.4, 0.6, 0.1, size)))
-        assert meeting._meet(1, 1, 2, 0) == allowed
+        assert ((1, 0) in meeting._met(1)) == allowed
         assert (cells.wall((0.2, 0.2 + off), 0.3).contact == "touch") == allowed
         beside = Cells(past(box(0.2, 0.4, -size, -0.3), box(0.2, 0.4, 0.2, 0.4)))
         assert (beside.maneuver_past(((0,), (1,), (0,)), [(0.3, 1)], lift=0.25 + off / 2) is not None) == allowed
@@ -183,10 +183,10 @@ def test_a_way_leads_through_gaps_that_meet_and_into_no_pocket():
 
 def test_corners_that_touch_meet_and_what_lies_behind_a_wall_does_not():
     meeting = Cells(past(box(0.2, 0.4, -50, 0.1), box(0.4, 0.6, 0.1, 50)))
-    assert meeting._meet(1, 1, 2, 0)
-    assert meeting._meet(2, 0, 1, 1)
-    assert Cells(past(box(0.2, 0.4, -1, 0.1 + 1e-13), box(0.4, 0.6, 0.1, 1)))._meet(1, 1, 2, 0)
-    assert not Cells(past(box(0.2, 0.4, -1, 0.1 + 1e-11), box(0.4, 0.6, 0.1, 1)))._meet(1, 1, 2, 0)
+    assert meeting._met(1) == [(0, 0), (1, 0), (1, 1)]
+    assert meeting._met(0) == [(0, 0), (0, 1)]
+    assert (1, 0) in Cells(past(box(0.2, 0.4, -1, 0.1 + 1e-13), box(0.4, 0.6, 0.1, 1)))._met(1)
+    assert (1, 0) not in Cells(past(box(0.2, 0.4, -1, 0.1 + 1e-11), box(0.4, 0.6, 0.1, 1)))._met(1)
     blocked = Cells(past(box(0.2, 0.4, -0.5, 0.1), pm.Wall(tip=(0.4, 0.3), opening=0.1)))
     assert blocked.follow[1] == [frozenset(), frozenset({0})]
 
