@@ -58,7 +58,8 @@ class PeakOracle:
 
     One oracle serves any number of threads: each keeps programs of its own, compiled once for all queries of the same
     structure (walls, circle, grid). With the default settings nothing is compiled: the optimum is that of continuous
-    time, at some 50 ms a query, or one or two at given obstacle times (`benchmarks/bench_oracle.py` compares).
+    time, at some 30 ms a query, or one or two at given obstacle times, where many queries are answered together at a
+    quarter of a millisecond each (`benchmarks/bench_oracle.py` compares).
 
     Args:
         maneuver: what queries leave out is taken from it.

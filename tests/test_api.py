@@ -28,6 +28,14 @@ def test_reading_a_spec_does_not_load_the_heavy_libraries():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+def test_an_answer_in_continuous_time_does_not_wait_for_cvxpy():
+    code = (
+        "import sys, peakmin as pm; from peakmin.paper import GENERAL; plan = pm.solve(GENERAL, "
+        "pm.Settings(method=pm.Exact())); sys.exit(plan.status != 'solved' or 'cvxpy' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
 def test_the_readme_example_prints_what_it_says():
     text = (ROOT / "README.md").read_text()
     code, printed = re.search(r"```python\n(.*?)```\n+```text\n(.*?)```", text, re.S).groups()
