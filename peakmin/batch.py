@@ -35,7 +35,7 @@ class Extremals:
     @property
     def settled(self) -> Mask:
         """Which need no more, (m,)."""
-        return self.upper - self.lower <= SETTLED * self.upper
+        return np.isfinite(self.upper) & (self.lower >= (1 - SETTLED) * self.upper)
 
 
 def extremals(mass: PointMass, times: Array) -> Extremals:

@@ -21,6 +21,7 @@ from .plan import Plan
 from .search import solve
 from .sensitivity import Sensitivities, sensitivities
 from .spec import Exact, Maneuver, Settings, State, walls_only
+from .sweep import APART, in_order
 
 TOGETHER = 1000  # queries at given times that are answered at once
 Answer = tuple[float, float, bool, Array, Array]
@@ -227,9 +228,10 @@ class PeakOracle:
 
 def _refuse(maneuver: Maneuver, times: Array) -> None:
     walls_only(maneuver, "given obstacle times")
-    ends = np.concatenate([[0.0], times, [maneuver.duration]]) if times.ndim == 1 else times
-    if times.shape != (len(maneuver.walls),) or not np.all(ends[1:] > ends[:-1]):
-        rising = f"{len(maneuver.walls)} times that increase strictly between 0 and {maneuver.duration}"
+    if times.shape != (len(maneuver.walls),) or not in_order(times, maneuver.duration):
+        rising = (
+            f"{len(maneuver.walls)} times that increase between 0 and {maneuver.duration}, by {APART} of it at least"
+        )
         raise SpecError(f"obstacle_times: was {times.tolist()}, must be {rising}")
 
 

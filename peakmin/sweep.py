@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Array
+from .arrays import Array, Mask
 from .certify import Proof
 from .deadline import after, over
 from .errors import SpecError
@@ -23,6 +23,8 @@ from .ways import WaysProof
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+APART = 1e-15  # of the duration: least time between two walls that are asked for
 
 
 @dataclass(frozen=True)
@@ -151,13 +153,21 @@ def _given(times: ArrayLike, walls: int) -> Array:
 
 
 def _refuse(points: Array, maneuver: Maneuver) -> None:
-    ends = np.zeros((len(points), 1)), np.full((len(points), 1), maneuver.duration)
-    bad = ~np.all(np.diff(np.hstack([ends[0], points, ends[1]]), axis=1) > 0, axis=1)
+    bad = ~in_order(points, maneuver.duration)
     if np.any(bad) and points.shape[1]:
         index = int(np.argmax(bad))
         raise SpecError(
-            f"times[{index}]: was {points[index].tolist()}, must increase strictly between 0 and {maneuver.duration}"
+            f"times[{index}]: was {points[index].tolist()}, must increase between 0 and {maneuver.duration}, "
+            f"by {APART} of it at least"
         )
+
+
+def in_order(times: Array, duration: float) -> Mask:
+    """Whether obstacle times [s], (..., q), increase between the ends, by enough for arithmetic to tell them apart."""
+    ends = np.zeros((*times.shape[:-1], 1))
+    return np.asarray(
+        np.all(np.diff(np.concatenate([ends, times, ends + duration], axis=-1)) > APART * duration, axis=-1)
+    )
 
 
 def plan_at(

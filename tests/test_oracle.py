@@ -109,6 +109,23 @@ def test_very_many_queries_at_times_and_those_through_openings():
     assert through.peak[0] == pytest.approx(pm.PeakOracle(narrow).peak(obstacle_times=[0.5]), rel=1e-12)
 
 
+def test_queries_at_times_that_need_nothing_done_and_times_that_cannot_be_told_apart():
+    still = pm.PeakOracle(MANEUVER.model_copy(update={"obstacles": (pm.Wall(tip=(0, 0)),)}))
+    found = still.peaks(goal=[[0, 0], [1, 0]], obstacle_times=[0.5])
+    assert found.peak[0] == found.lower_bound[0] == 0
+    assert found.peak[1] == pytest.approx(still.peak(goal=[1, 0], obstacle_times=[0.5]))
+    free = pm.PeakOracle(MANEUVER.model_copy(update={"obstacles": ()}))
+    assert free.peaks(goal=[[0, 0], [2, 0]], obstacle_times=[]).peak == pytest.approx([0, 8])
+    oracle = pm.PeakOracle(MANEUVER)
+    for time in (5e-324, 1e-100, 1 - 1e-16):
+        for ask in (oracle.peak, oracle.peaks):
+            with pytest.raises(pm.SpecError, match=r"^obstacle_times: was .* by 1e-15 of it at least"):
+                ask(obstacle_times=[time])
+        with pytest.raises(pm.SpecError, match=r"^times\[0\]: was .* by 1e-15 of it at least"):
+            pm.sweep(MANEUVER, oracle.settings, times=[time])
+    assert np.isfinite(oracle.peak(obstacle_times=[1e-14]))
+
+
 def test_no_queries_have_no_answers():
     found = pm.PeakOracle(MANEUVER).peaks(goal=np.zeros((0, 2)))
     assert found.peak.shape == (0,)

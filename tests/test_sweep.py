@@ -86,7 +86,7 @@ def test_two_walls_are_swept_over_every_ordered_choice():
 
 @pytest.mark.parametrize("times", [[0.0], [1.0], [-0.1], [1.5], [float("nan")]])
 def test_times_outside_the_maneuver_are_refused(times):
-    with pytest.raises(pm.SpecError, match=r"^times\[0\]: was .* must increase strictly between 0 and 1"):
+    with pytest.raises(pm.SpecError, match=r"^times\[0\]: was .* must increase between 0 and 1"):
         pm.sweep(wall_maneuver(), times=times)
 
 
