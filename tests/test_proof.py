@@ -294,3 +294,15 @@ def test_the_error_budget_of_table_1_adds_up():
     assert errors.tolerance == pytest.approx(8.74512 - 8.74443, abs=2e-5)
     assert errors.maneuver / errors.true == pytest.approx(1 / 0.995**2 - 1, abs=1e-6)
     assert "obstacle times" in errors.table()
+
+
+@pytest.mark.parametrize(
+    "tips",
+    [[(0.5, -0.05)], [(0.5, -0.3)], [(0.5, -1)], [(0.3, -0.3), (0.7, -0.2)], [(0.3, -0.3), (0.5, -0.1), (0.7, -0.2)]],
+)
+def test_walls_that_are_not_in_the_way_cost_nothing(tips):
+    """There a multiplier may be anything along the way, and other times prove nothing by themselves."""
+    plan = pm.solve(wall_maneuver(obstacles=[pm.Wall(tip=tip) for tip in tips]), pm.Settings(method=pm.Exact()))
+    assert plan.peak == pytest.approx(4, rel=1e-9)
+    assert plan.gap < 1e-6
+    assert plan.made.nodes == 1
