@@ -63,7 +63,7 @@ class Planned:
         return np.zeros(0) if self.trajectory is None else self.trajectory.nodes
 
     def position(self, t: ArrayLike) -> Array:
-        """Position of the centre of mass [m] at t [s], shape (...) -> (..., 2)."""
+        """Position of the centre of mass [m] at t [s], shape (...) -> (..., 2); beyond the ends as at the ends."""
         return self._motion().position(t)
 
     def velocity(self, t: ArrayLike) -> Array:

@@ -33,7 +33,7 @@ class HoldTrajectory:
     """Piecewise constant control: parabolas between the nodes.
 
     nodes [s] (steps+1,), control [m/s^2] (steps, 2), start position [m] and velocity [m/s] (2,).
-    Times outside the maneuver continue the first or the last hold.
+    Times outside the maneuver count as its ends.
     """
 
     nodes: Array
@@ -55,7 +55,7 @@ class HoldTrajectory:
         return np.vstack([self.start_position, self.start_position + np.cumsum(steps, axis=0)])
 
     def _hold(self, t: ArrayLike) -> tuple[NDArray[np.intp], Array]:
-        t = np.asarray(t, dtype=float)
+        t = np.clip(np.asarray(t, dtype=float), self.nodes[0], self.nodes[-1])
         k = np.clip(np.searchsorted(self.nodes, t, side="right") - 1, 0, len(self.control) - 1)
         return k, (t - self.nodes[k])[..., None]
 

@@ -9,11 +9,13 @@ import multiprocessing
 import multiprocessing.util
 import os
 import signal
+import sys
 import threading
 from collections.abc import Generator, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, ProcessPoolExecutor, as_completed
 from contextlib import closing, contextmanager
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any
 
 from .errors import PeakminError, SpecError
@@ -99,7 +101,9 @@ def _try_one() -> None:
         with _pool(1) as pool:
             pool.submit(os.getpid).result()
     except BrokenExecutor:
-        raise PeakminError(f"study: its processes end as they start; {GUARD}") from None
+        file = getattr(sys.modules["__main__"], "__file__", None)
+        why = GUARD if file is None or Path(file).is_file() else "the script must be a file, which they can read too"
+        raise PeakminError(f"study: its processes end as they start; {why}") from None
 
 
 @contextmanager

@@ -9,7 +9,9 @@ import peakmin as pm
 from peakmin import cli
 
 EXAMPLES = sorted(
-    p for p in (Path(__file__).parent.parent / "examples").glob("*.json") if not p.name.startswith("study_")
+    p
+    for p in (Path(__file__).parent.parent / "examples").glob("*.json")
+    if not p.name.startswith(("study_", "impossible"))
 )
 
 
@@ -112,3 +114,9 @@ def test_a_folder_that_cannot_be_written_is_refused(spec, tmp_path, capsys):
     status, _, err = call(capsys, "solve", spec(), "--out", blocked / "o")
     assert status == 2
     assert err.count("\n") == 1
+
+
+def test_the_impossible_example_is_explained():
+    result = run("explain", EXAMPLES[0].parent / "impossible.json")
+    assert result.returncode == 3
+    assert "raise max_peak to 6.14 m/s²" in result.stdout

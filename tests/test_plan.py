@@ -115,3 +115,10 @@ def test_a_circumscribed_polygon_states_the_norm_that_its_control_has():
     norms = np.hypot(*plan.acceleration(plan.times[:-1]).T)
     assert plan.peak == pytest.approx(norms.max())
     assert plan.lower_bound <= 8.537416 <= plan.peak
+
+
+@pytest.mark.parametrize("method", [pm.Direct(), pm.Exact()])
+def test_times_outside_of_the_maneuver_count_as_its_ends(method):
+    plan = pm.solve(wall_maneuver(), pm.Settings(method=method))
+    for look in (plan.position, plan.velocity, plan.acceleration):
+        np.testing.assert_array_equal(look([-1.0, 5.0]), look([0.0, 1.0]))

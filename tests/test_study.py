@@ -457,3 +457,14 @@ assert len(client.scheduler_info()["workers"]) == 2
 assert list(study["peak"]) == list(first["peak"])
 assert study.rows[0]["seconds"] != first.rows[0]["seconds"]
 """
+
+
+def test_a_script_out_of_a_pipe_is_told_why_its_processes_cannot_start():
+    code = """
+import peakmin as pm
+if __name__ == "__main__":
+    ends = pm.State(position=(0, 0)), pm.State(position=(1, 0))
+    pm.study([pm.Spec(maneuver=pm.Maneuver(start=ends[0], goal=ends[1], duration=1), settings=pm.Settings())])
+"""
+    result = subprocess.run([sys.executable], input=code, capture_output=True, text=True, timeout=120, check=False)
+    assert result.stderr.rstrip().endswith("the script must be a file, which they can read too")
