@@ -55,9 +55,9 @@ class HoldTrajectory:
         return np.vstack([self.start_position, self.start_position + np.cumsum(steps, axis=0)])
 
     def _hold(self, t: ArrayLike) -> tuple[NDArray[np.intp], Array]:
-        t = np.clip(np.asarray(t, dtype=float), self.nodes[0], self.nodes[-1])
-        k = np.clip(np.searchsorted(self.nodes, t, side="right") - 1, 0, len(self.control) - 1)
-        return k, (t - self.nodes[k])[..., None]
+        at: Array = np.clip(np.asarray(t, dtype=float), self.nodes[0], self.nodes[-1])
+        k = np.clip(np.searchsorted(self.nodes, at, side="right") - 1, 0, len(self.control) - 1)
+        return k, np.asarray((at - self.nodes[k])[..., None])
 
     def position(self, t: ArrayLike) -> Array:
         """Position [m] at t [s], shape (...) -> (..., 2)."""
