@@ -21,8 +21,8 @@ GRAIN = 1e-14  # of a coordinate or of what a velocity covers: its own rounding 
 class Check:
     """What a plan's control does; errors relative to the size of what is asked (distances covered, speeds).
 
-    goal : error of position and velocity at the end;  walls : distance off a wall's line, or short of its tip;
-    peak : how far the control exceeds the stated peak, relative.
+    goal : error of position and velocity at the end, and of the positions that the motion gives;  walls : distance off
+    a wall's line, or short of its tip;  peak : how far the control exceeds the stated peak, relative.
     """
 
     goal: float
@@ -60,23 +60,28 @@ def check(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, peak: f
     moved = dt * dt * np.einsum("pgi,g->pi", u, GAUSS_WEIGHTS * (1 - GAUSS_NODES))
     v = np.vstack([maneuver.start.velocity, np.array(maneuver.start.velocity) + np.cumsum(gained, axis=0)])
     r = np.vstack([np.zeros(2), np.cumsum(dt * v[:-1] + moved, axis=0)])  # from the start
-    v0, vf, tips = np.abs(mass.v0), np.abs(mass.vf), np.abs(mass.tips)
-    moving = max(float(np.max(x, initial=0.0)) for x in (v0, vf, np.abs(mass.pf), tips))
+    v0, vf, pf = np.abs(mass.v0), np.abs(mass.vf), np.abs(mass.pf)
+    # rounding errors of the goal, and of each wall's own tip: none of a wall far away
+    moving = float(max(np.max(v0), np.max(vf), np.max(pf)))
     grain = GRAIN * (float(np.max(np.abs(mass.origin))) + moving * mass.length)
+    wall_grain = grain + GRAIN * np.max(np.abs(mass.tips), axis=1) * mass.length
     speed_grain = GRAIN * float(max(np.max(v0), np.max(vf))) * speed
     miss = r[np.searchsorted(cuts, obstacle_times)] - mass.tips * mass.length
     along = np.sum(miss * mass.free, axis=1)
     off = miss - np.where(mass.clear, np.clip(along, 0.0, mass.width * mass.length), 0.0)[:, None] * mass.free
     position = float(np.max(np.abs(r[-1] - mass.pf * mass.length)))
+    asked = moving * mass.length or mass.length
+    # what the motion says of itself, by which its distances are measured, against the quadrature
+    said = np.abs(motion.position(cuts) - mass.origin - r)
+    astray = max(float(np.max(said)) - grain, 0.0) / max(asked, float(np.max(np.abs(r))))
     velocity = float(np.max(np.abs(v[-1] - maneuver.goal.velocity)))
     largest = max(motion.peak(), float(np.max(np.hypot(u[..., 0], u[..., 1]))))
     # an error counts against the size of what is asked there, not of a wall far away
-    asked = float(max(np.max(np.abs(mass.pf)), np.max(v0), np.max(vf))) * mass.length or mass.length
     there = np.maximum(asked, np.hypot(*r[np.searchsorted(cuts, obstacle_times)].T))
-    wall_errors = np.maximum(np.max(np.abs(off), axis=1, initial=0.0) - grain, 0.0) / there
+    wall_errors = np.maximum(np.max(np.abs(off), axis=1, initial=0.0) - wall_grain, 0.0) / there
     fastest = float(np.max(np.abs(v))) or speed
     return Check(
-        goal=max(max(position - grain, 0.0) / asked, max(velocity - speed_grain, 0.0) / fastest),
+        goal=max(max(position - grain, 0.0) / asked, max(velocity - speed_grain, 0.0) / fastest, astray),
         walls=float(np.max(wall_errors, initial=0.0)),
         peak=largest / peak - 1 if peak else largest,
     )

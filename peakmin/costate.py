@@ -57,10 +57,17 @@ class CostateTrajectory:
         errors = np.maximum(np.hypot(*self.first_error.T), np.hypot(*self.last_error.T))
         return float(np.max(self.size + errors))
 
+    @cached_property
+    def _p(self) -> tuple[Array, Array]:
+        """p at the segments' ends, in units of the larger: its unit is no matter."""
+        unit = np.maximum(np.max(np.abs(self.first), axis=1), np.max(np.abs(self.last), axis=1))[:, None]
+        unit = np.where(unit > 0, unit, 1.0)
+        return self.first / unit, self.last / unit
+
     def _moved(self, k: Index, x: Array) -> tuple[Array, Array]:
         """Velocity and position gained from the start of segments k to their fraction x; (..., 2) each."""
-        first, x = self.first[k], x[..., None]
-        part = x * (self.last[k] - first)
+        first, last, x = self._p[0][k], self._p[1][k], x[..., None]
+        part = x * (last - first)
         h = np.diff(self.nodes)[k][..., None] * x
         plain, weighted = mean_direction(first, first + part)
         size, e0 = self.size[k][..., None], self.first_error[k]
@@ -98,9 +105,10 @@ class CostateTrajectory:
         """Acceleration [m/s^2] at t [s], shape (...) -> (..., 2)."""
         k, x = self._segment(t)
         x = x[..., None]
-        p = self.first[k] + x * (self.last[k] - self.first[k])
+        first, last = self._p[0][k], self._p[1][k]
+        p = first + x * (last - first)
         norm = np.hypot(p[..., 0], p[..., 1])[..., None]
-        step = self.last[k] - self.first[k]  # where p is zero, the direction it leaves with
+        step = last - first  # where p is zero, the direction it leaves with
         p = np.where(norm > 0, p, step)
         norm = np.where(norm > 0, norm, np.maximum(np.hypot(step[..., 0], step[..., 1]), 1e-300)[..., None])
         e = self.first_error[k] + x * (self.last_error[k] - self.first_error[k])
@@ -112,7 +120,7 @@ class CostateTrajectory:
         |p| has a zero near the real axis where p is smallest; panels that halve towards it keep their distance.
         """
         cuts = [self.nodes]
-        for begin, end, p0, p1 in zip(self.nodes, self.nodes[1:], self.first, self.last, strict=False):
+        for begin, end, p0, p1 in zip(self.nodes, self.nodes[1:], *self._p, strict=False):
             d = p1 - p0
             square = float(d @ d)
             nearest = float(np.clip(-(p0 @ d) / square, 0, 1)) if square > 0 else 0.5

@@ -116,10 +116,8 @@ def _closed(maneuver: Maneuver) -> Impossible | None:
     if slack > COARSEST * size:
         return None
     # a little is given away on every side: what only touches may be passed between
-    shrunk = [
-        shapely.Polygon(np.array(block.vertices) - start).buffer(maneuver.margin, quad_segs=32).buffer(-slack)
-        for block in maneuver.blocks
-    ]
+    grown = [block.grown(maneuver.margin, maneuver.start.position) for block in maneuver.blocks]
+    shrunk = [shapely.Polygon(rings[0], rings[1:]).buffer(-slack) for rings in grown]
     room = shapely.Polygon(np.array(maneuver.region) - start).buffer(slack)
     left = shapely.difference(room, shapely.union_all(shrunk))
     ends = [shapely.Point(np.array(state.position) - start) for state in (maneuver.start, maneuver.goal)]

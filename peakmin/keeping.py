@@ -36,11 +36,11 @@ class Keeping:
 
     def passed(self, maneuver: Maneuver) -> bool:
         """Whether the maneuver's obstacles, margin, region and bound on the speed are kept."""
-        size = extent(maneuver)
+        there = np.array([maneuver.goal.position, *(maneuver.region or ())]) - np.array(maneuver.start.position)
         return bool(
             self.walls >= 0
             and self.blocks >= 0
-            and self.region >= -GRAIN * size
+            and self.region >= -GRAIN * float(np.max(np.abs(there)))
             and self.speed <= (math.inf if maneuver.max_speed is None else maneuver.max_speed * (1 + GRAIN))
         )
 
@@ -58,9 +58,13 @@ def extent(maneuver: Maneuver) -> float:
 
 def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
     """What a motion [SI] keeps of a maneuver's obstacles, region and speed."""
-    size = extent(maneuver)
     walls = min(
-        (wall_clearance(motion, tip, along, ROOM * size) for wall in maneuver.walls for tip, along in wall.rays),
+        (
+            # room of the wall's own size: others may be far away
+            wall_clearance(motion, tip, along, ROOM * extent(maneuver.past([wall])))
+            for wall in maneuver.walls
+            for tip, along in wall.rays
+        ),
         default=math.inf,
     )
     blocks = least_clearance(motion, [np.array(block.vertices) for block in maneuver.blocks])

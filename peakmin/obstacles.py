@@ -79,16 +79,29 @@ class Block(Model):
     vertices: Corners
     side: Literal["left", "right", "either"] = "either"
 
-    def grown(self, margin: float) -> list[Array]:
+    def grown(self, margin: float, origin: Vector = (0.0, 0.0)) -> list[Array]:
         """The corners, shape (n, 2), of the polygon that a distance of `margin` [m] keeps out, and of its holes.
 
-        Corners are rounded by chords of the true arc, so that the polygon is never too large.
+        Corners are rounded by chords of the true arc, so that the polygon is never too large. One with dents is put
+        together of itself, a circle's chords about each corner and a rectangle along each edge: shapely's buffer would
+        straighten dents to either side.
+
+        Args:
+            origin: [m], from where the corners are seen.
         """
         import shapely
 
-        polygon = shapely.Polygon(self.vertices)
-        if margin > 0:
+        corners = np.array(self.vertices) - origin
+        polygon = shapely.Polygon(corners)
+        if margin > 0 and polygon.convex_hull.equals(polygon):
             polygon = polygon.buffer(margin, quad_segs=ROUND)
+        elif margin > 0:
+            after = np.roll(corners, -1, axis=0)
+            step = after - corners
+            out = margin * np.stack([step[:, 1], -step[:, 0]], axis=1) / np.hypot(*step.T)[:, None]
+            sides = np.stack([corners - out, after - out, after + out, corners + out], axis=1)
+            around = shapely.buffer(shapely.points(corners), margin, quad_segs=ROUND)
+            polygon = shapely.union_all([polygon, *around, *shapely.polygons(sides)])
         return [np.array(ring.coords)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
 
     def shadow(self, margin: float, across: Array, far: float) -> Array:

@@ -44,9 +44,12 @@ def saddle(mass: PointMass, low: Array, high: Array, at: Array, multipliers: Arr
     trial, low, high, at = trial[np.r_[True, True, push]], low[push], high[push], at[push]
     mass = mass.only(push)
     h = segments(vertices(low, high))
-    if not len(h) or not np.any(trial):
+    if not len(h):
         return 0.0, place
-    p, flat = pushing(mass, costate(trial, at)[1], h)
+    values = costate(trial, at)[1]
+    if not np.any(values):
+        return 0.0, place
+    p, flat = pushing(mass, values / np.max(np.abs(values)), h)
     if not pushes(mass, p, flat, h):
         return 0.0, place
     r = np.vstack([np.zeros(2), mass.tips, mass.pf])

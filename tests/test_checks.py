@@ -137,13 +137,15 @@ def test_coarse_grains_are_those_of_what_is_asked(sign, grow, monkeypatch):
     motion = HoldTrajectory(np.array([0.0, 1.0, 2.0]), np.array([u, dv - u]), r0, v0)
     speeds = max(np.max(abs(v0)), np.max(abs(vf)))
     asked = max(np.max(abs(pf)), T * speeds)
-    grain = 1e-3 * (3 + max(asked, np.max(abs(tip))))
+    grain = 1e-3 * (3 + asked)
     fastest = np.max(np.abs(motion.velocity(np.array([0.0, 0.75, 1.0, 2.0]))))
     result = check(maneuver, motion, np.array([0.75]), 1.0)
     assert result.goal == pytest.approx(max((0.5 - grain) / asked, (0.25 - 1e-3 * speeds) / fastest), rel=1e-9)
     at = motion.position(0.75) - r0
     there = max(asked, np.hypot(*at))
-    assert result.walls == pytest.approx(max(np.max(abs(at - tip)) - grain, 0) / there, rel=1e-9)
+    assert result.walls == pytest.approx(
+        max(np.max(abs(at - tip)) - grain - 1e-3 * np.max(abs(tip)), 0) / there, rel=1e-9
+    )
     alone = replace(motion, control=np.array([dr - (vf - v0) / 2, (vf - v0) - (dr - (vf - v0) / 2)]))
     missed = check(maneuver, alone, np.array([0.75]), 1.0)
     assert missed.goal == pytest.approx((0.5 - grain) / asked, rel=1e-9)

@@ -1,5 +1,6 @@
 """Plan documents that state what is not so, with a digest that fits."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 
 import peakmin as pm
 from peakmin.check import check
-from peakmin.document import digest
+from peakmin.document import digest, of, read
+from peakmin.moments import PointMass
 from peakmin.trajectory import HoldTrajectory
 
 from .conftest import wall_maneuver
@@ -88,3 +90,79 @@ def test_velocities_are_held_to_their_own_unit(duration, shift):
     data["velocity"][7][0] += shift
     data["digest"] = digest(data)
     assert pm.verify(json.dumps(data)).problems == ("velocity: not what the control gives",)
+
+
+BEHIND = pm.Maneuver(
+    start=pm.State(position=(0, 0)),
+    goal=pm.State(position=(1, 0)),
+    duration=1,
+    obstacles=[pm.Block(vertices=[(0.4, -0.2), (0.6, -0.2), (0.6, 0.2), (0.4, 0.2)])],
+)
+
+
+def forged(data):
+    """The forged document as peakmin itself would write it: listed numbers, clearance and digest fit."""
+    plan = read(json.dumps(data))
+    return json.dumps(of(dataclasses.replace(plan, clearance=plan.keeping().clearance)))
+
+
+def test_walls_that_a_file_lists_give_no_room_for_errors():
+    """Past blocks the file says which walls its times belong to: one at 1e60 made everything small beside it."""
+    data = json.loads(pm.solve(BEHIND).to_json())
+    data |= {
+        "walls": [{"kind": "wall", "tip": [0.0, 1e60], "direction": [0.0, 1.0], "contact": "clear"}],
+        "obstacle_times": [0.5],
+        "multipliers": [[1, 0], [0, 0], [0, -1]],
+        "peak": data["lower_bound"],
+        "times": [0.0, 1.0],
+        "acceleration": [[0.0, 0.0]],
+    }
+    problems = pm.verify(forged(data)).problems
+    assert any(problem.startswith("goal: missed by 1.00e+00") for problem in problems)
+
+
+def test_the_unit_of_a_costate_is_no_matter():
+    """|p| of 1e-151: closed forms and quadrature must speak of the same path, through the block."""
+    plan = pm.solve(BEHIND, pm.Settings(method=pm.Exact()))
+    motion = plan.trajectory
+    for unit in (1e-151, 1e-300, 1e150):
+        tiny = dataclasses.replace(motion, first=motion.first * unit, last=motion.last * unit)
+        t = np.linspace(0, 1, 50)
+        np.testing.assert_allclose(tiny.position(t), motion.position(t), rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(tiny.acceleration(t), motion.acceleration(t), rtol=1e-6, atol=1e-6)
+
+
+def test_positions_that_a_motion_says_are_held_against_its_control(monkeypatch):
+    plan = pm.solve(BEHIND, pm.Settings(method=pm.Exact()))
+    assert plan.check().passed
+    before = type(plan.trajectory).position
+    monkeypatch.setattr(
+        type(plan.trajectory),
+        "position",
+        lambda self, t: before(self, t) + 1e-6 * np.sin(np.pi * np.asarray(t))[..., None],
+    )
+    assert not plan.check().passed
+
+
+def test_a_leaf_whose_costate_nearly_vanishes_proves_no_more():
+    """P of 1e-152: multipliers that nearly cancel at kinks next to the start."""
+    maneuver = BEHIND.model_copy(update={"obstacles": (pm.Wall(tip=(0.5, 0.5)),), "max_peak": 9.0})
+    plan = pm.solve(maneuver, pm.Settings(method=pm.Exact()))
+    data = json.loads(plan.to_json())
+    data["proof"] = [
+        {
+            "low": [0.0],
+            "high": [1.0],
+            "at": [1.835653448023075e-152],
+            "multipliers": [
+                [8.213718438626438e-153, -1.8357936492198508e-152],
+                [-8.216469094175601e-153, 8.281434682100154e-153],
+                [0.44786027766688613, 1.0],
+            ],
+        }
+    ]
+    found = read(json.dumps(data))
+    bound = found.proof.bound(PointMass.of(maneuver), np.array([0.5])) * PointMass.of(maneuver).unit
+    assert bound <= plan.peak
+    data |= {"status": "infeasible", "lower_bound": 9.717242662824727}
+    assert not pm.verify(json.dumps(data)).passed

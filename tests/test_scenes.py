@@ -378,3 +378,55 @@ def test_a_changed_plan_past_blocks_is_refused(written, spoil, forged):
     except pm.SpecError:
         return
     assert not found.passed
+
+
+DENTED = [(0, 5), (-0.4, 0.16), (0, 0), (0, 0.0098), (2, 0), (6, 1), (6, -12), (1.5, -12), (0.18, -1.995), (-1, -12), (-1, -13), (8, -13), (8, 5)]  # fmt: skip
+
+
+@pytest.mark.parametrize("first", range(len(DENTED)))
+@pytest.mark.parametrize("turned", [1, -1])
+def test_margins_of_dented_blocks_are_never_too_large(first, turned):
+    """A shallow dent is not filled on the way: shapely's buffer of this polygon is 0.9 % too large."""
+    corners = (DENTED[first:] + DENTED[:first])[::turned]
+    block = pm.Block(vertices=corners)
+    polygon = shapely.Polygon(corners)
+    for margin in (0.01, 0.3, 1.0, 3.0):
+        points = shapely.points(np.vstack(block.grown(margin)))
+        assert np.max(shapely.distance(polygon, points)) <= margin * (1 + 1e-12)
+        assert shapely.Polygon(block.grown(margin)[0]).area > polygon.buffer(margin * 0.998).area
+
+
+def test_a_passage_past_a_dent_is_not_called_closed():
+    """By hand over one waypoint, at rest there: it keeps the margin, so its peak is none below the bound."""
+    a, between, b = np.array([(-3.0, -1.26), (0.151, -0.99253), (4.0, -1.09)])
+    legs = np.sqrt([np.hypot(*(between - a)), np.hypot(*(b - between))])
+    first, second = legs / np.sum(legs)
+    control = [4 * (between - a) / first**2, -4 * (between - a) / first**2]
+    control += [4 * (b - between) / second**2, -4 * (b - between) / second**2]
+    nodes = np.array([0, first / 2, first, first + second / 2, 1])
+    motion = HoldTrajectory(nodes, np.array(control), a, np.zeros(2))
+    for region in (None, [(-20, -20), (20, -20), (20, 20), (-20, 20)]):
+        maneuver = pm.Maneuver(
+            start=pm.State(position=tuple(a)),
+            goal=pm.State(position=tuple(b)),
+            duration=1,
+            obstacles=[pm.Block(vertices=DENTED)],
+            margin=1.0,
+            region=region,
+        )
+        assert keeping(maneuver, motion).passed(maneuver)
+        plan = pm.solve(maneuver, pm.Settings(time_limit=3))
+        assert plan.status != "infeasible"
+        assert plan.lower_bound <= motion.peak()
+
+
+def test_a_wall_far_away_gives_the_others_no_room():
+    """With a tip at 1e9 a crossing 0.4 m beyond another's tip counted as being at it."""
+    maneuver = pm.Maneuver(
+        start=pm.State(position=(0, 0), velocity=(4, 0)),
+        goal=pm.State(position=(1, 0)),
+        duration=1,
+        obstacles=[pm.Wall(tip=(0.5, 0.5)), pm.Wall(tip=(0.7, -1e9))],
+    )
+    plan = pm.solve(maneuver, pm.Settings(method=pm.Exact(), time_limit=5))
+    assert plan.status == "unknown" or plan.keeping().walls >= -1e-9

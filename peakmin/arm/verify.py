@@ -45,7 +45,7 @@ def verify_arm(text: str | bytes) -> tuple[ArmPlan, float, list[str]]:
     bound = plan.proof.bound(plan.maneuver)
     found += bounded(plan, bound, math.isinf(bound))
     mass, size = PointMass.of(plan.crossing), workspace.size
-    units = {"position": size, "velocity": size / mass.time, "acceleration": mass.unit, "joints": 1.0}
+    units = {"position": size, "velocity": size / mass.time, "acceleration": size / mass.time**2, "joints": 1.0}
     return plan, bound, found + unlike(_apart(data), _apart(of(plan)), units | {"clearance": size, "others": 1.0})
 
 
