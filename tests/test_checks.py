@@ -398,3 +398,27 @@ def test_clearances_are_found_anew():
     assert any("does not keep" in one for one in pm.verify(through.to_json()).problems)
     unknown = replace(through, status="unknown")
     assert not any("does not keep" in one for one in pm.verify(unknown.to_json()).problems)
+
+
+class Said(HoldTrajectory):
+    """A motion that gives other positions than those of its control."""
+
+    def position(self, t):
+        return super().position(t) + self.off * np.sin(np.pi * np.asarray(t) / 4)[..., None] * np.array([0.0, 1.0])
+
+
+@pytest.mark.parametrize("off", [1e-3, -1e-3])
+@pytest.mark.parametrize("side", [3.0, -3.0])
+def test_positions_that_a_motion_says_are_held_against_the_quadrature(off, side):
+    """Against the size of the way, here a swing three times as far as the goal."""
+    maneuver = pm.Maneuver(start=pm.State(position=(0, 0)), goal=pm.State(position=(1, 0)), duration=4.0)
+    control = np.array([[0.25, side], [0.25, -side], [-0.25, -side], [-0.25, side]])
+    motion = Said(np.arange(5.0), control, np.zeros(2), np.zeros(2))
+    object.__setattr__(motion, "off", off)
+    found = check(maneuver, motion, np.array([]), 10.0)
+    assert found.goal == pytest.approx(1e-3 / 3, rel=1e-6)
+    object.__setattr__(motion, "off", 0.0)
+    assert check(maneuver, motion, np.array([]), 10.0).goal < 1e-14
+    near = Said(np.arange(5.0), control * [1, 1e-3], np.zeros(2), np.zeros(2))
+    object.__setattr__(near, "off", off)
+    assert check(maneuver, near, np.array([]), 10.0).goal == pytest.approx(1e-3, rel=1e-6)

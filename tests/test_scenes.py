@@ -18,6 +18,7 @@ from peakmin.trajectory import HoldTrajectory
 
 from .conftest import wall_maneuver
 from .random_scenes import scene
+from .test_ways import DENTED
 
 EVERY = 1 if os.environ.get("PEAKMIN_SEEDS") == "all" else 10
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -378,22 +379,6 @@ def test_a_changed_plan_past_blocks_is_refused(written, spoil, forged):
     except pm.SpecError:
         return
     assert not found.passed
-
-
-DENTED = [(0, 5), (-0.4, 0.16), (0, 0), (0, 0.0098), (2, 0), (6, 1), (6, -12), (1.5, -12), (0.18, -1.995), (-1, -12), (-1, -13), (8, -13), (8, 5)]  # fmt: skip
-
-
-@pytest.mark.parametrize("first", range(len(DENTED)))
-@pytest.mark.parametrize("turned", [1, -1])
-def test_margins_of_dented_blocks_are_never_too_large(first, turned):
-    """A shallow dent is not filled on the way: shapely's buffer of this polygon is 0.9 % too large."""
-    corners = (DENTED[first:] + DENTED[:first])[::turned]
-    block = pm.Block(vertices=corners)
-    polygon = shapely.Polygon(corners)
-    for margin in (0.01, 0.3, 1.0, 3.0):
-        points = shapely.points(np.vstack(block.grown(margin)))
-        assert np.max(shapely.distance(polygon, points)) <= margin * (1 + 1e-12)
-        assert shapely.Polygon(block.grown(margin)[0]).area > polygon.buffer(margin * 0.998).area
 
 
 def test_a_passage_past_a_dent_is_not_called_closed():

@@ -427,3 +427,24 @@ def test_what_kind_an_obstacle_is():
     assert isinstance(maneuver.obstacles[0], pm.Wall)
     with pytest.raises(pm.SpecError):
         pm.Maneuver(**data, obstacles=[3])
+
+
+# margins
+
+DENTED = [(0, 5), (-0.4, 0.16), (0, 0), (0, 0.0098), (2, 0), (6, 1), (6, -12), (1.5, -12), (0.18, -1.995), (-1, -12), (-1, -13), (8, -13), (8, 5)]  # fmt: skip
+
+
+@pytest.mark.parametrize("first", range(len(DENTED)))
+@pytest.mark.parametrize("turned", [1, -1])
+def test_margins_of_dented_blocks_are_never_too_large(first, turned):
+    """A shallow dent is not filled on the way: shapely's buffer of this polygon is 0.9 % too large."""
+    corners = (DENTED[first:] + DENTED[:first])[::turned]
+    block = pm.Block(vertices=corners)
+    polygon = shapely.Polygon(corners)
+    for margin in (0.01, 0.3, 1.0, 3.0):
+        points = shapely.points(np.vstack(block.grown(margin)))
+        assert np.max(shapely.distance(polygon, points)) <= margin * (1 + 1e-12)
+        assert shapely.Polygon(block.grown(margin)[0]).area > polygon.buffer(margin * 0.998).area
+        seen = shapely.Polygon(block.grown(margin, (3.0, -7.0))[0] + np.array([3.0, -7.0]))
+        assert seen.symmetric_difference(shapely.Polygon(block.grown(margin)[0])).area < 1e-9
+    assert shapely.Polygon(block.grown(0.0)[0]).equals(polygon)
