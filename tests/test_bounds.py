@@ -778,3 +778,29 @@ def test_values_that_do_not_push_prove_nothing(monkeypatch):
     assert saddle.saddle(mass, at, at, at, np.abs(pull.multipliers))[0] == 0
     monkeypatch.setattr(saddle, "pushes", lambda *_: True)
     assert saddle.saddle(mass, at, at, at, np.abs(pull.multipliers))[0] == pytest.approx(pull.lower, rel=1e-6)
+
+
+def test_too_many_walls_at_once_prove_nothing():
+    """Of boxes with more vertices than are looked at."""
+    q = 9
+    mass = moments.replace(
+        MASSES[0],
+        tips=np.zeros((q, 2)),
+        free=np.tile([0.0, 1.0], (q, 1)),
+        clear=np.zeros(q, dtype=bool),
+        width=np.full(q, np.inf),
+    )
+    at, multipliers = np.arange(1, q + 1) / (q + 1), np.ones((2 + q, 2))
+    assert saddle.saddle(mass, np.zeros(q), np.arange(1, q + 1) / q, at, multipliers)[0] == 0
+
+
+@pytest.mark.parametrize("tiny", [1e-152, 3e-162, 1e-300])
+def test_values_that_nearly_vanish_are_taken_in_their_own_unit(tiny):
+    """Multipliers that nearly cancel at kinks next to the start: P of any size is as good as another."""
+    mass = PointMass.of(wall_maneuver())
+    best = extremal(mass, np.array([0.5]))
+    p = tiny * costate(best.multipliers, np.array([0.5]))[1]  # the best values, at kinks 0, tiny, 1
+    multipliers = np.array([-(p[2] - p[1]), p[2], (p[2] - p[1]) - (p[1] - p[0]) / tiny])
+    bound = saddle.saddle(mass, np.zeros(1), np.ones(1), np.array([tiny]), multipliers)[0]
+    assert bound <= best.upper
+    assert bound == pytest.approx(best.upper, rel=1e-6)
