@@ -230,3 +230,14 @@ def test_what_bulges_between_the_times_looked_at_is_nearest():
     before = np.array([(-first, 0), (-first - 1, 0.01), (-first - 1, -0.01)])
     assert block_clearance(motion, before) == pytest.approx(first)
     assert least_clearance(motion, [above, before]) == pytest.approx(gap)
+
+
+def test_room_at_the_region_s_edge_is_of_what_is_seen_from_the_start():
+    asked = wall_maneuver(
+        start=pm.State(position=(9, 9)),
+        goal=pm.State(position=(8, 8)),
+        obstacles=(),
+        region=[(0, 0), (9, 0), (9, 9), (0, 9)],
+    )
+    for outside, passes in ((8e-12, True), (1.2e-11, False)):
+        assert Keeping(1.0, 0.0, 0.0, -outside, 0.0).passed(asked) == passes
