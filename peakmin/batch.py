@@ -108,6 +108,13 @@ def newton(nodal: Nodal, p: Array, basis: Array) -> Array:
     return np.asarray(np.einsum("mij,mj->mi", basis, here.y).reshape(p.shape))
 
 
+def derivatives(h: Array, p: Array) -> tuple[Array, Array, Array]:
+    """I, (m,), dI/dP, (m, 2n), and d2I/dP2, (m, 2n, 2n), of the values P, (m, n, 2), h apart, (m, n-1)."""
+    m, n, _ = p.shape
+    total = (h[..., None] * all_derivatives(p[:, :-1], p[:, 1:])).reshape(m, -1) @ assembly(n)
+    return total[:, 0], total[:, 1 : 1 + 2 * n], total[:, 1 + 2 * n :].reshape(m, 2 * n, 2 * n)
+
+
 @dataclass(frozen=True)
 class _Points:
     """F, its gradient g with its size, and its Hessian at P = basis y of m maneuvers, with <P, c> and I."""
@@ -122,14 +129,9 @@ class _Points:
 
     @classmethod
     def of(cls, h: Array, basis: Array, c: Array, y: Array) -> _Points:
-        m, n = len(y), h.shape[1] + 1
         p = np.einsum("mij,mj->mi", basis, y)
-        nodes = p.reshape(m, n, 2)
-        pieces = all_derivatives(nodes[:, :-1], nodes[:, 1:])
-        total = (h[..., None] * pieces).reshape(m, -1) @ assembly(n)
-        impulse, gradient = total[:, 0], total[:, 1 : 1 + 2 * n]
-        curved = impulse[:, None, None] * total[:, 1 + 2 * n :].reshape(m, 2 * n, 2 * n)
-        curved += gradient[:, :, None] * gradient[:, None, :]
+        impulse, gradient, hessian = derivatives(h, p.reshape(len(y), -1, 2))
+        curved = impulse[:, None, None] * hessian + gradient[:, :, None] * gradient[:, None, :]
         turned = np.swapaxes(basis, 1, 2)
         work = np.sum(c * p, axis=1)
         g = np.einsum("mji,mi->mj", turned, impulse[:, None] * gradient - c)
@@ -146,7 +148,7 @@ def attained(nodal: Nodal, p: Array, idle: Mask) -> tuple[Array, Array]:
     how far beyond its tip each wall is passed, (m, q), where it is idle, (q,).
     """
     mass, h = nodal.mass, nodal.h[..., None]
-    impulse, impulses = _impulses(nodal, p)
+    impulse, impulses, _ = derivatives(nodal.h, p)
     none = np.zeros(mass.tips.shape[:-1])
     with np.errstate(all="ignore"):
         peak = np.maximum(np.sum(p * nodal.forces(none), axis=(1, 2)), 0.0) / impulse
@@ -162,7 +164,7 @@ def attained(nodal: Nodal, p: Array, idle: Mask) -> tuple[Array, Array]:
 
         r = states(np.zeros_like(p))[1]
         beyond = np.sum(mass.free * (r[:, 1:-1] - mass.tips), axis=-1) * idle
-        e = np.linalg.solve(nodal.masses(), nodal.forces(np.maximum(beyond, 0.0)) - m * impulses)
+        e = np.linalg.solve(nodal.masses(), nodal.forces(np.maximum(beyond, 0.0)) - m * impulses.reshape(p.shape))
         v, r = states(e)
         at = r[:, 1:-1] - mass.tips
         along = np.where(mass.clear, np.maximum(np.sum(at * mass.free, axis=-1), 0.0), 0.0)
@@ -172,11 +174,3 @@ def attained(nodal: Nodal, p: Array, idle: Mask) -> tuple[Array, Array]:
         upper = peak + np.max(np.hypot(e[..., 0], e[..., 1]), axis=1)
         lands = np.max(np.abs(missed), axis=(1, 2)) <= LANDED * (1 + peak)
     return np.where(lands & np.isfinite(upper), upper, np.inf), beyond
-
-
-def _impulses(nodal: Nodal, p: Array) -> tuple[Array, Array]:
-    """I, (m,), and dI/dP, (m, n, 2)."""
-    n = p.shape[1]
-    pieces = nodal.h[..., None] * all_derivatives(p[:, :-1], p[:, 1:])
-    total = pieces.reshape(len(p), -1) @ assembly(n)[:, : 1 + 2 * n]
-    return total[:, 0], total[:, 1:].reshape(p.shape)

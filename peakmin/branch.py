@@ -74,12 +74,12 @@ def certify(
     """
     q = mass.walls
     at = inside(np.zeros(q), np.ones(q)) if start is None else apart(start)
-    first = extremal(mass, at)
     if start is None and q and (crossed := unhindered(mass)) is not None:
         free, at_free = crossed
         leaf = _past_idle(Leaf((), (), free.multipliers[:2], ()), np.zeros(q, dtype=bool), at_free)
         if (bound := leaf.bound(mass)) >= (1 - gap) * free.upper:
             return Certificate([leaf], min(bound, free.upper), free, at_free, 1, True)
+    first = extremal(mass, at)
     root = Leaf((0.0,) * q, (1.0,) * q, first.multipliers, tuple(at.tolist()))
     if math.isfinite(enough) and (bound := root.bound(mass)) >= enough:
         return Certificate([root], min(bound, first.upper), first, at, 1, first.upper * (1 - gap) <= bound)
@@ -97,9 +97,8 @@ def certify(
         if few.lower > bound:
             begun = leaves
     proved = min(leaf.bound(mass) for leaf in begun)
-    if start is None and 0 < q < len(FEW) and proved < (1 - gap) * best.upper < math.inf:
-        fewer = _without(mass, gap, at, until, weak=proved < WEAK * best.upper)
-        begun = max([begun, *fewer], key=lambda own: min(leaf.bound(mass) for leaf in own))
+    if start is None and 0 < q < len(FEW) and proved < WEAK * best.upper < math.inf:
+        begun = max([begun, *_without(mass, gap, at, until)], key=lambda own: min(leaf.bound(mass) for leaf in own))
         proved = min(leaf.bound(mass) for leaf in begun)
     if start is None and proved < (1 - gap) * best.upper:
         best, at = elsewhere(mass, best, at, until)
@@ -127,14 +126,13 @@ def certify(
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
 
 
-def _without(mass: PointMass, gap: float, at: Array, until: float, weak: bool) -> Iterator[list[Leaf]]:
-    """Covers of all times by what is proved without any wall, which costs next to nothing, and, if weak, without one.
+def _without(mass: PointMass, gap: float, at: Array, until: float) -> Iterator[list[Leaf]]:
+    """Covers of all times by what is proved without one of the walls, and without any.
 
-    Where no wall is in the way its multiplier may be anything along the way. Walls that play against each other, or the
-    ends, at times that nearly coincide have multipliers without bounds.
+    Walls that play against each other, or the ends, at times that nearly coincide have multipliers without bounds.
     """
-    none = np.zeros((1, mass.walls), dtype=bool)
-    for push in np.unique(np.vstack([none, ~np.eye(mass.walls, dtype=bool)]), axis=0) if weak else none:
+    fewer = np.vstack([~np.eye(mass.walls, dtype=bool), np.zeros(mass.walls, dtype=bool)])
+    for push in np.unique(fewer, axis=0):
         few = certify(mass.only(push), gap, FEW[mass.walls], until, start=at[push])
         yield [_past_idle(leaf, push, at) for leaf in few.leaves]
 

@@ -204,11 +204,15 @@ def _depth(arcs: _Arcs, outline: _Outline, k: Index, crossings: Array) -> Array:
     return depth
 
 
-def _pieces(motion: Trajectory) -> tuple[Array, float]:
-    """Times [s] between which to begin with chords, and the tolerance [m]."""
-    times = np.union1d(motion.nodes, np.linspace(motion.nodes[0], motion.nodes[-1], PIECES + 1))
+def pieces(motion: Trajectory) -> Array:
+    """Times [s] between which to begin with chords: nodes, and others evenly spread."""
+    return np.union1d(motion.nodes, np.linspace(motion.nodes[0], motion.nodes[-1], PIECES + 1))
+
+
+def _tolerance(motion: Trajectory, times: Array) -> float:
+    """What chords may lose [m], of a motion seen at these times."""
     extent = float(np.max(np.ptp(motion.position(times), axis=0)))
-    return times, TOLERANCE * (extent + motion.peak() * float(times[-1] - times[0]) ** 2)
+    return TOLERANCE * (extent + motion.peak() * float(times[-1] - times[0]) ** 2)
 
 
 def _distance(motion: Trajectory, outline: _Outline) -> float:
@@ -218,7 +222,8 @@ def _distance(motion: Trajectory, outline: _Outline) -> float:
         nodes = outline.signed(motion.node_position)
         limit = np.full(len(arcs.start), np.min(nodes))
         return float(np.min(_clearances(arcs, outline, np.stack([nodes[:-1], nodes[1:]]), limit)))
-    peak, (times, tolerance) = motion.peak(), _pieces(motion)
+    peak, times = motion.peak(), pieces(motion)
+    tolerance = _tolerance(motion, times)
     begin, end = times[:-1], times[1:]
     best = bound = np.inf
     while len(begin):
@@ -248,7 +253,8 @@ def _sides(motion: Trajectory, ray: _Outline, room: float) -> Array:
         step, bend = (ex * w[:, 1] - ey * w[:, 0] for w in (arcs.step, arcs.bend))
         turns = motion.nodes[:-1] + _stationary(step, bend) * np.diff(motion.nodes)
         return np.union1d(motion.nodes, turns)
-    peak, (times, tolerance) = motion.peak(), _pieces(motion)
+    peak, times = motion.peak(), pieces(motion)
+    tolerance = _tolerance(motion, times)
     begin, end = times[:-1], times[1:]
     while len(begin):
         s, off = (np.squeeze(w, -1) for w in ray.coordinates(motion.position(np.stack([begin, end]))))

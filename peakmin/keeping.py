@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array
-from .clearance import PIECES, block_clearance, wall_clearance
+from .clearance import block_clearance, pieces, wall_clearance
 from .spec import Maneuver
 from .trajectory import HoldTrajectory, Trajectory
 
@@ -86,7 +86,7 @@ def least_clearance(motion: Trajectory, polygons: Sequence[Array]) -> float:
     """
     if not polygons:
         return math.inf
-    times = np.union1d(motion.nodes, np.linspace(motion.nodes[0], motion.nodes[-1], PIECES + 1))
+    times = pieces(motion)
     r, dt = motion.position(times), np.diff(times)
     reach = float(np.max(np.hypot(*np.diff(r, axis=0).T) / 2 + motion.peak() * dt**2 / 8))
     far = np.empty(len(polygons))
