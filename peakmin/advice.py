@@ -1,4 +1,4 @@
-"""Of an answer "unknown": what is unknown, and what to try."""
+"""Of an answer "unknown", or of one that a limit cut short: what is unknown, and what to try."""
 
 from __future__ import annotations
 
@@ -17,18 +17,21 @@ NEARLY = 0.9  # of a limit: what took so much of it was stopped by it
 
 def advice(plan: Plan | ArmPlan) -> list[str]:
     """First what is unknown, then what to try, a line each; nothing for other answers."""
+    search, more = plan.settings.search, _more_time(plan)
+    if plan.status == "solved" and isinstance(search, GlobalSearch) and plan.gap > search.gap and more:
+        return [f"whether a smaller peak can be had; none is below {plan.lower_bound:.6g} m/s²", *more]
     if plan.status != "unknown":
         return []
     limit, bound = plan.maneuver.max_peak, f"{plan.lower_bound:.6g} m/s²"
     where = "" if plan.scope == "all" else " at these obstacle times"
     if plan.trajectory is None:
         what = f"whether there is a control and how small its peak is{where}: none was found; none is below {bound}"
-        return [what, *_more_time(plan), *_other_program(plan.settings), *_all_times(plan)]
+        return [what, *more, *_other_program(plan.settings), *_all_times(plan)]
     if limit is not None and plan.peak > limit:
         what = f"whether a peak of {limit:.6g} m/s² (max_peak) can be kept{where}: this path has {plan.peak:.6g}"
-        return [f"{what}, none is below {bound}", *_more_time(plan), *_finer(plan), *_all_times(plan)]
+        return [f"{what}, none is below {bound}", *more, *_finer(plan), *_all_times(plan)]
     what = f"whether a path keeps all that was asked, and at what peak: this one does not; none is below {bound}"
-    return [what, *_more_time(plan), *_finer(plan)]
+    return [what, *more, *_finer(plan)]
 
 
 def _more_time(plan: Plan | ArmPlan) -> list[str]:

@@ -23,25 +23,15 @@ from .errors import SpecError
 from .frame import Frame
 from .obstacles import Block, Wall
 from .spec import Maneuver
+from .strips import Gap, Interval, edges_of, heights, lines_through, snapped, trapezoids
 
-SAME = 1e-12  # of the scene's size: lines closer than this are one, gaps that overlap by minus this much meet
+SAME = 1e-12  # of the scene's extent: gaps that overlap by minus this much meet
+WIDE = 100.0  # times the way's length: what is further away does not tell how large the scene is
+GRAIN = 1e-12  # of the way's length: lines closer than this are one
+ULPS = 8  # of the start's and the goal's coordinates, by which given corners may be off
 
-Interval = tuple[float, float]  # of y [m], either end may be infinite
 Way = tuple[tuple[int, ...], ...]  # the gaps that are left in each strip, by their numbers from below
 Line = tuple[float, int]  # its x [m] and the strip whose gap it is crossed in: at a strip's end there is a choice
-
-
-@dataclass(frozen=True)
-class Gap:
-    """A free trapezoid: between the lines y = a + b x of `low` and `high`, a [m] or infinite, b without unit."""
-
-    low: tuple[float, float]
-    high: tuple[float, float]
-
-    def at(self, x: float) -> Interval:
-        """Its section at x."""
-        (a, b), (c, d) = self.low, self.high
-        return (a + b * x if math.isfinite(a) else a, c + d * x if math.isfinite(c) else c)
 
 
 @dataclass(frozen=True)
@@ -68,10 +58,16 @@ class Cells:
     @cached_property
     def rings(self) -> list[list[Array]]:
         """For each block the corners in the frame, (n, 2), of what its margin keeps out, and of its holes."""
-        return [[self.frame.position(ring) for ring in b.grown(self.maneuver.margin)] for b in self.maneuver.blocks]
+        margin, start = self.maneuver.margin, self.maneuver.start.position
+        return [[self.frame.vector(ring) for ring in block.grown(margin, start)] for block in self.maneuver.blocks]
 
     @cached_property
     def size(self) -> float:
+        """Of what a path can meet [m]: of everything there is, if that is not very far away."""
+        return min(self.extent, WIDE * self.length) or self.extent
+
+    @cached_property
+    def extent(self) -> float:
         """Of everything there is [m]."""
         return max([self.length, *(float(np.max(np.abs(ring))) for rings in self.rings for ring in rings)])
 
@@ -86,15 +82,22 @@ class Cells:
         return [np.array(ring.coords)[:-1] for p in polygons for ring in (p.exterior, *p.interiors)]
 
     @cached_property
-    def edges(self) -> Array:
-        """Those of all blocks together, (E, 4): x, y of a corner and of the next."""
-        return _edges(self.solid)
+    def grain(self) -> float:
+        """How far corners may be off in x [m], by rounding errors of what is given."""
+        states = self.maneuver.start, self.maneuver.goal
+        largest = max(abs(x) for state in states for x in state.position)
+        return GRAIN * self.length + ULPS * math.ulp(largest)
 
     @cached_property
-    def sided(self) -> list[tuple[Block, list[Array]]]:
-        """The blocks that are passed on one side only, with their rings."""
+    def sided(self) -> list[tuple[Block, Array]]:
+        """The blocks that are passed on one side only, with their edges (E, 4)."""
         every = zip(self.maneuver.blocks, self.rings, strict=True)
-        return [(block, rings) for block, rings in every if block.side != "either"]
+        lines, near = np.array(self.lines), 2 * self.grain  # other corners lie in other blocks
+        return [
+            (block, edges_of([snapped(ring, lines, near) for ring in rings]))
+            for block, rings in every
+            if block.side != "either"
+        ]
 
     @cached_property
     def walls(self) -> list[tuple[float, Wall]]:
@@ -118,49 +121,26 @@ class Cells:
     @cached_property
     def lines(self) -> list[float]:
         """The x of all strips' ends, 0 and D included."""
-        walls = {x for x, _ in self.walls}
-        corners = {float(x) for ring in self.solid for x in ring[:, 0]}
-        out = [0.0]
-        for x in sorted(corners | walls):
-            if out[-1] + SAME * self.size < x < self.length - SAME * self.size:
-                out.append(x)
-            elif x in walls:
-                out[-1] = x
-        return [*out, self.length]
+        corners = [x for ring in self.solid for x in ring[:, 0].tolist()]
+        return lines_through(corners, [x for x, _ in self.walls], self.length, self.grain)
 
     @cached_property
     def gaps(self) -> list[list[Gap]]:
         """For each strip its gaps from below, without those on a side that a block does not allow."""
         lines = np.array(self.lines)
-        middles = 0.5 * (lines[:-1] + lines[1:])
-        every: list[list[tuple[float, float]]] = [[] for _ in middles]
-        x, _, after, _ = self.edges.T
-        firsts = np.searchsorted(middles, np.minimum(x, after), side="right").tolist()
-        lasts = np.searchsorted(middles, np.maximum(x, after)).tolist()
-        for edge, first, last in zip(_straight(self.edges), firsts, lasts, strict=True):
-            for strip in every[first:last]:
-                strip.append(edge)
-        return [self._strip(edges, x) for edges, x in zip(every, middles.tolist(), strict=True)]
+        every = trapezoids(edges_of([snapped(ring, lines) for ring in self.solid]), lines)
+        return [[gap for gap in gaps if self._allowed(gap)] for gaps in every]
 
-    def _strip(self, edges: list[tuple[float, float]], middle: float) -> list[Gap]:
-        """The gaps between the edges y = a + b x of a strip."""
-        edges = sorted(edges, key=lambda line: line[0] + line[1] * middle)
-        ends = [(-math.inf, 0.0), *edges, (math.inf, 0.0)]
-        out = []
-        for low, high in zip(ends[::2], ends[1::2], strict=True):
-            gap = Gap(low, high)
-            if self._allowed(gap, middle):
-                out.append(gap)
-        return out
-
-    def _allowed(self, gap: Gap, x: float) -> bool:
+    def _allowed(self, gap: Gap) -> bool:
+        """Whether no block that has a side is between the gap and that side: what is above its top is wholly so."""
+        x, room = 0.5 * (gap.across[0] + gap.across[1]), SAME * self.extent
         low, high = gap.at(x)
-        for block, rings in self.sided:
-            section = [y for ring in rings for y in _heights(ring, x)]
-            room = SAME * self.size
-            if section and (
-                (block.side == "left" and low < max(section) - room)
-                or (block.side == "right" and high > min(section) + room)
+        for block, edges in self.sided:
+            there = edges[(edges[:, 0] < x) & (x < edges[:, 2])]
+            section = heights(there, np.full(len(there), x))
+            if len(section) and (
+                (block.side == "left" and high < np.max(section) - room)
+                or (block.side == "right" and low > np.min(section) + room)
             ):
                 return False
         return True
@@ -200,7 +180,7 @@ class Cells:
 
     def _met(self, k: int) -> list[tuple[int, int]]:
         """Which gaps of a strip and of the next have a point of the line between them in common."""
-        x, room, out = self.lines[k + 1], SAME * self.size, []
+        x, room, out = self.lines[k + 1], SAME * self.extent, []
         before, after = ([self._past_walls(x, *gap.at(x)) for gap in self.gaps[i]] for i in (k, k + 1))
         for g, (a, b) in enumerate(before):
             for h, (c, d) in enumerate(after):
@@ -248,7 +228,7 @@ class Cells:
         tip = self.frame.position_back([x, low if up else high])
         direction = self.frame.vector_back([0.0, -1.0 if up else 1.0])
         opening = high - low if up and math.isfinite(high) else None
-        if opening is not None and opening <= SAME * self.size:
+        if opening is not None and opening <= self.grain:
             return Wall(tip=tip, direction=direction, contact="touch")
         return Wall(tip=tip, direction=direction, opening=opening)
 
@@ -261,9 +241,9 @@ class Cells:
         walls = []
         for line in sorted({*lines, *self.fixed}):
             low, high = self.interval(way, line)
-            if high - low > SAME * self.size or lift == 0:
+            if high - low > SAME * self.extent or lift == 0:
                 low, high = low + lift, high - lift
-            if high < low - SAME * self.size:
+            if high < low - SAME * self.extent:
                 return None
             wall = self.wall((low, max(low, high)), line[0])
             if wall is not None:
@@ -274,23 +254,3 @@ class Cells:
         """The lines of the walls that `maneuver_past` puts up, in order."""
         every = sorted({*lines, *self.fixed})
         return [line for line in every if any(map(math.isfinite, self.interval(way, line)))]
-
-
-def _edges(rings: list[Array]) -> Array:
-    """All their edges, (E, 4): x, y of a corner and of the next."""
-    return np.concatenate([np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in rings])
-
-
-def _straight(edges: Array) -> list[tuple[float, float]]:
-    """The a and b of edges (E, 4) on lines y = a + b x; no numbers of those that stand upright."""
-    x, y, after, height = edges.T
-    with np.errstate(all="ignore"):
-        slope = (height - y) / (after - x)
-        return list(zip((y - slope * x).tolist(), slope.tolist(), strict=True))
-
-
-def _heights(ring: Array, x: float) -> list[float]:
-    """Where the ring's edges cross the line at x."""
-    edges = _edges([ring])
-    begin, end = edges[:, 0], edges[:, 2]
-    return [a + b * x for a, b in _straight(edges[(np.minimum(begin, end) < x) & (x < np.maximum(begin, end))])]

@@ -1,4 +1,4 @@
-"""The terminal: `peakmin paper | solve | sweep | budget | study | compare | simulate | verify | schema`.
+"""The terminal: `peakmin paper | solve | explain | sweep | budget | study | compare | simulate | verify | schema`.
 
 Results go to stdout, progress and errors to stderr.
 
@@ -55,6 +55,7 @@ def solve_command(
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
     asked = api.read_spec(spec)
     files.ready(out)
+    files.ready_for(report)
     if isinstance(asked, Spec):
         with ended_by_interrupt() as stopped, output.bar("solve") as progress:
             plan = api.solve(asked.maneuver, asked.settings, progress=progress)
@@ -63,6 +64,7 @@ def solve_command(
         if report:
             output.write_report(plan, report, spec.stem)
         print(plan.to_json(indent=2) if as_json else words.describe(plan))
+        _say_where(as_json, out, report)
         _say_why(plan, as_json, stopped)
         _end(plan.status, stopped, words.so_far(plan))
     from .arm import terminal
@@ -75,6 +77,7 @@ def solve_command(
     if report:
         output.write_report(arm_plan, report, spec.stem)
     print(arm_plan.to_json(indent=2) if as_json else terminal.describe(arm_plan))
+    _say_where(as_json, out, report)
     _say_why(arm_plan, as_json, stopped)
     _end(arm_plan.status, stopped, words.so_far(arm_plan))
 
@@ -136,6 +139,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
         if found.obstacle_times.ndim == 1:
             output.save(out / "sweep.png", found)
     print(found.to_json(indent=2) if as_json else words.table(found))
+    _say_where(as_json, out)
     _end(found.best.status, stopped, words.done(found))
 
 
@@ -151,6 +155,7 @@ def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> No
         output.save(out / "budget.png", errors)
         files.write(out / "budget.json", json.dumps(vars(errors), indent=2) + "\n")
     print(json.dumps(vars(errors), indent=2) if as_json else errors.table())
+    _say_where(as_json, out)
 
 
 @app.command("study")
@@ -235,6 +240,12 @@ def schema_command(
         print(json.dumps(ArmSpec.model_json_schema(), indent=2))
     else:
         print(json.dumps(schema(), indent=2))
+
+
+def _say_where(as_json: bool, *places: Path | None) -> None:
+    """Under an answer, where its files are."""
+    if any(places) and not as_json:
+        print("wrote " + ", ".join(words.one_line(str(place)) for place in places if place))
 
 
 def _say_why(plan: Plan | ArmPlan, as_json: bool, stopped: threading.Event) -> None:

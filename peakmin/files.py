@@ -20,6 +20,14 @@ def ready(folder: str | Path | None) -> None:
         raise SpecError(f"{folder}: cannot be written ({error.strerror})") from None
 
 
+def ready_for(path: Path | None) -> None:
+    """See that a file can be written, before there is something to lose. Raises `SpecError` otherwise."""
+    if path is not None:
+        if path.is_dir():
+            raise SpecError(f"{path}: was a folder, must be a file to write")
+        ready(path.parent)
+
+
 def write(path: str | Path, content: str | bytes) -> None:
     """Write next to the target and move into place, so that a reader never sees half of it.
 

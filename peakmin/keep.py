@@ -119,11 +119,13 @@ class KeptProgram:
                     continue
                 sections = [(g, self.cells.gaps[k][g].at(x)) for g in self.way[k]]
                 best = min(sections, key=lambda one: max(one[1][0] - y, y - one[1][1]))[0]
-                for sign, (level, slope) in ((1, self.cells.gaps[k][best].low), (-1, self.cells.gaps[k][best].high)):
-                    if math.isfinite(level):
-                        normal = sign * np.array([-slope, 1.0]) / math.hypot(slope, 1)
+                gap = self.cells.gaps[k][best]
+                for sign, (begin, end) in ((1, gap.low), (-1, gap.high)):
+                    if math.isfinite(begin):
+                        step = np.array([gap.across[1] - gap.across[0], end - begin])
+                        normal = sign * np.array([-step[1], step[0]]) / np.hypot(*step)
                         turned = frame.vector_back(normal)
-                        out.append((node, turned, float(turned @ frame.position_back([0.0, level])) + room))
+                        out.append((node, turned, float(turned @ frame.position_back([gap.across[0], begin])) + room))
         return out
 
     def _ask_more(self, motion: HoldTrajectory, kept: Keeping, room: dict[str, float]) -> None:

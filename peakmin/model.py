@@ -144,7 +144,7 @@ def one_line(error: ValidationError, data: Any) -> str:
     if first["type"] == "missing":
         return f"{path}: was missing, must be given"
     if first["type"] == "extra_forbidden":
-        return f"{path}: was {short(first['input'])}, must be left out (no such field)"
+        return f"{path}: was {short(first['input'])}, must be left out (no such field{_of_kind(first['loc'], data)})"
     if first["type"].startswith("union_tag"):
         if first["type"] == "union_tag_not_found":
             return f"{path}.kind: was missing, must be given"
@@ -192,6 +192,17 @@ def _path(location: Sequence[int | str], data: Any, absent: bool) -> str:
         elif isinstance(here, Mapping) and last and absent:
             parts.append(named(key))
     return "".join(parts).removeprefix(".") or WHOLE
+
+
+def _of_kind(location: Sequence[int | str], data: Any) -> str:
+    """Of an entry of a kind, which has fields of its own: its kind, in words."""
+    here = data
+    for key in location[:-1]:
+        if isinstance(here, Mapping) and key in here:
+            here = _plain(here[key])
+        elif isinstance(here, Sequence) and isinstance(key, int) and key < len(here):
+            here = here[key]
+    return f" of kind {short(here['kind'])}" if isinstance(here, Mapping) and "kind" in here else ""
 
 
 def short(value: Any, length: int = 60) -> str:

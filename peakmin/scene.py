@@ -32,6 +32,7 @@ SNAP = 0.05  # of a strip: a line this close to the strip's end is put there, wh
 A_LITTLE = 0.05  # of the scene: a path that is no deeper in a block is raised clear of it
 NEAR = 0.03  # of the way: lines closer than this replace each other
 IDLE = 1e-6  # of the largest multiplier
+LEVEL = 1e-6  # relative: places that are so nearly as far off as each other count as equal
 SHALLOW = 1e-7  # of the scene: a path no deeper in a block is left to be raised
 FIRST_LIFT = 1e-8  # of the scene
 LIFTS = 8
@@ -233,14 +234,15 @@ class Search:
                 continue
             x, y = path[inside].T
             sections = [cells.gaps[k][g] for g in way[k]]
-            low = np.array([gap.low[0] + gap.low[1] * x for gap in sections])
-            high = np.array([gap.high[0] + gap.high[1] * x for gap in sections])
+            low, high = (np.array([np.broadcast_to(gap.at(x)[i], x.shape) for gap in sections]) for i in (0, 1))
             depth = np.min(np.maximum(np.maximum(low - y, y - high), 0.0), axis=0)
             at = int(np.argmax(depth))
             if depth[at] > worst.depth:
                 worst = replace(worst, depth=float(depth[at]), strip=k)
             off = np.maximum(np.maximum(np.min(low, axis=0) - y, y - np.max(high, axis=0)), 0.0)
-            at = int(np.argmax(off))
+            # where a path runs along an edge, all of it is as far off: then where a corner is
+            furthest = np.flatnonzero(off >= np.max(off) * (1 - LEVEL))
+            at = int(furthest[np.argmin(np.minimum(x[furthest] - left, right - x[furthest]))])
             if off[at] > worst.hull:
                 worst = replace(worst, hull=float(off[at]), line=(self._snapped(float(x[at]), left, right), k))
         return worst

@@ -59,8 +59,12 @@ def opening(plan: Plan | ArmPlan, bounded: str) -> list[str]:
     """Status, peak, max_peak, bound (of what) and gap."""
     found = math.isfinite(plan.peak)
     head = f"peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N" if found else "no motion"
-    other = "the path found, which does not keep all that was asked, has " if found and plan.status != "solved" else ""
-    lines = [f"{plan.status}: {other}{head}"]
+    if plan.status == "infeasible":
+        lines = [f"{plan.status}: nothing keeps all that was asked (proved)"]
+        lines += [f"  path found      {head}, does not keep it either"] if found else []
+    else:
+        other = "the path found, which does not keep all that was asked, has " if found else ""
+        lines = [f"{plan.status}: {other if plan.status == 'unknown' else ''}{head}"]
     limit = plan.maneuver.max_peak
     if limit is not None and plan.status != "solved":
         proved = "nothing keeps it (proved)" if plan.status == "infeasible" else "not proved to be impossible"

@@ -8,11 +8,12 @@ import pytest
 import shapely
 
 import peakmin as pm
-from peakmin.cells import Cells, Gap
+from peakmin.cells import Cells
 from peakmin.certify import Leaf
 from peakmin.exact import extremal
 from peakmin.moments import PointMass
 from peakmin.obstacles import convex, covers
+from peakmin.strips import Gap, edges_of, lines_through, snapped, trapezoids
 from peakmin.ways import Branch, WaysProof, covered
 
 from .conftest import wall_maneuver
@@ -47,9 +48,115 @@ def test_strips_and_gaps_of_two_boxes():
 
 
 def test_gaps_are_between_their_edges():
-    assert Gap((1.0, 2.0), (5.0, -1.0)).at(3.0) == (7.0, 2.0)
-    assert Gap((-inf, 0.0), (inf, 0.0)).at(3.0) == (-inf, inf)
-    assert Gap((-inf, 7.0), (5.0, 1.0)).at(-2.0) == (-inf, 3.0)
+    assert Gap((2.0, 4.0), (5.0, 9.0), (3.0, 1.0)).at(3.0) == (7.0, 2.0)
+    assert Gap((2.0, 4.0), (-inf, -inf), (inf, inf)).at(3.0) == (-inf, inf)
+    assert Gap((-2.0, 2.0), (-inf, -inf), (3.0, 7.0)).at(-1.0) == (-inf, 4.0)
+    steep = Gap((0.1, 0.1 + 1e-12), (-0.3, 0.7), (inf, inf))
+    assert steep.at(0.1)[0] == -0.3
+    assert steep.at(0.1 + 1e-12)[0] == 0.7
+    low, high = Gap((2.0, 4.0), (5.0, 9.0), (inf, inf)).at(np.array([2.0, 3.0, 4.0]))
+    np.testing.assert_allclose(low, [5, 7, 9])
+    assert high == inf
+
+
+def test_lines_through_corners_and_walls():
+    def through(corners, walls=()):
+        return lines_through(corners, walls, 1.0, 1e-12)
+
+    assert through([0.5, -0.2, 1.3, 0.2, 0.5]) == [0.0, 0.2, 0.5, 1.0]
+    near = [0.3, 0.3 + 0.9e-12, 0.3 + 1.8e-12, 0.9e-12, 1 - 0.9e-12]
+    assert through(near) == [0.0, 0.3, 0.3 + 1.8e-12, 1.0]
+    assert through(near, [0.3 + 0.5e-12]) == [0.0, 0.3 + 0.5e-12, 0.3 + 1.8e-12, 1.0]
+    walls = [0.4e-12, 0.3, 0.3 + 0.5e-12, 1 - 0.4e-12]  # each has its own, also at the ends
+    assert through([0.3, 0.6], walls) == [0.0, *walls[:3], 0.6, walls[3], 1.0]
+
+
+def test_corners_are_moved_to_the_nearest_line():
+    lines = np.array([0.0, 0.3, 0.6, 1.0])
+    ring = np.array([[-0.1, 1], [0.1, 2], [0.4, 3], [0.46, 4], [0.3, 5], [0.9, 6], [1.2, 7]])
+    np.testing.assert_array_equal(snapped(ring, lines)[:, 0], [-0.1, 0, 0.3, 0.6, 0.3, 1, 1.2])
+    np.testing.assert_array_equal(snapped(ring, lines)[:, 1], ring[:, 1])
+    np.testing.assert_array_equal(snapped(ring, lines, 0.11)[:, 0], [-0.1, 0, 0.3, 0.46, 0.3, 1, 1.2])
+
+
+def test_trapezoids_between_steep_edges_and_cut_ones():
+    """A triangle that begins before the first line and ends behind the last, and a needle within a strip."""
+    rings = [np.array([[-1.0, 0.0], [3.0, 0.0], [2.0, 6.0]]), np.array([[0.4, 6.0], [0.4 + 1e-12, 8.0], [0.4, 7.0]])]
+    (first, thin, last) = trapezoids(edges_of(rings), np.array([0.0, 0.4, 0.4 + 1e-12, 2.0]))
+    assert first == [Gap((0.0, 0.4), (-inf, -inf), (0, 0)), Gap((0.0, 0.4), (2.0, 2.8), (inf, inf))]
+    assert [(gap.low[0], gap.high[0]) for gap in thin] == [(-inf, 0), (pytest.approx(2.8), 6), (7, inf)]
+    assert [(gap.low[1], gap.high[1]) for gap in thin] == [(-inf, 0), (pytest.approx(2.8), 8), (8, inf)]
+    assert [gap.at(2.0) for gap in last] == [(-inf, 0), (6, inf)]
+    assert trapezoids(edges_of([]), np.array([0.0, 1.0])) == [[Gap((0.0, 1.0), (-inf, -inf), (inf, inf))]]
+
+
+def displaced(offset, degrees, gap, **changes):
+    """Over one box and under another through a slit, seen from far away and turned."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+
+    def there(x, y):
+        return (offset[0] + c * x - s * y, offset[1] + s * x + c * y)
+
+    def rectangle(low, high, **side):
+        return pm.Block(vertices=[there(x, y) for x, y in ((0.4, low), (0.6, low), (0.6, high), (0.4, high))], **side)
+
+    sides = changes.pop("sides", ("either", "either"))
+    return pm.Maneuver(
+        start=pm.State(position=there(0, 0)),
+        goal=pm.State(position=there(1, 0)),
+        duration=1.0,
+        obstacles=[rectangle(-0.5, 0.1, side=sides[0]), rectangle(0.1 + gap, 0.9, side=sides[1])],
+        **changes,
+    )
+
+
+@pytest.mark.parametrize("degrees", [0, 20, 40, 60, 75, 130, 250])
+def test_a_slit_far_from_the_origin_stays_open(degrees):
+    """The sides of turned boxes are off by rounding errors of where they stand: steep, and not to be drawn out."""
+    for offset in ((0, 0), (1e4, 5e3), (3e5, -2e6), (-1e7, 1e7)):
+        for gap in (0.01, 0.05):
+            cells = Cells(displaced(offset, degrees, gap))
+            for k, gaps in enumerate(cells.gaps[1:-1], start=1):
+                x = 0.5 * (cells.lines[k] + cells.lines[k + 1])
+                slit = [g for g, one in enumerate(gaps) if one.at(x)[0] < 0.1 + gap / 2 < one.at(x)[1]]
+                assert set(slit) <= set(cells.ways[k])
+                assert len(slit) == 1
+
+
+@pytest.mark.parametrize("changes", [{}, {"margin": 0.01}, {"sides": ("left", "right")}])
+def test_the_peak_is_the_same_far_from_the_origin(changes):
+    here = pm.solve(displaced((0, 0), 40, 0.05, **dict(changes)))
+    for offset in ((1e4, 5e3), (3e5, -2e6)):
+        there = pm.solve(displaced(offset, 40, 0.05, **dict(changes)))
+        assert there.status == here.status == "solved"
+        assert there.lower_bound <= here.peak
+        assert there.peak == pytest.approx(here.peak, rel=1e-3)
+
+
+@pytest.mark.parametrize("s", [1e-9, 1e-12, 5e-13, 1e-7])
+def test_features_of_the_size_of_rounding_errors_close_nothing(s):
+    """A side that leans by s, corners nearer than lines are kept apart, with something far away or without."""
+    leaning = [(0.5, -1.2), (0.5 + 2.5 * s, -1.2), (0.5 + 2.5 * s, -1.0), (0.5 + 0.8 * s, 0.0), (0.5, 0.0)]
+    blocks = [pm.Block(vertices=leaning, side="left"), box(0.75, 0.9, -1.2, 0.05, side="left")]
+    far = pm.Block(vertices=[(0.5, -1e5), (0.51, -1e5), (0.51, -1.1e5), (0.5, -1.1e5)])
+    for scene_of in (blocks, [*blocks, far]):
+        plan = pm.solve(past(*scene_of))
+        assert plan.status == "solved"
+        assert plan.lower_bound < 4.20693
+        assert plan.peak < 4.207
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [(0.5, -0.5), (0.6, -0.5), (0.6, 0.1), (0.5 + 1.2e-12, 0.1), (0.5 + 0.6e-12, 0.0)],
+        [(0.5, -0.5), (0.6, -0.5), (0.6, 0.1), (0.5 - 1.2e-12, 0.1), (0.5 - 0.6e-12, 0.0)],
+    ],
+)
+def test_corners_nearer_than_lines_make_gaps_all_the_same(corners):
+    plan = pm.solve(past(pm.Block(vertices=corners), box(0.2, 0.3, 3e10, 4e10)))
+    assert plan.status == "solved"
+    assert pm.verify(plan.to_json()).passed
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -103,20 +210,23 @@ def test_sides_count_beyond_a_pocket():
 
 @pytest.mark.parametrize("size", [1.0, 1e3])
 def test_rounding_errors_are_those_of_the_size(size):
-    """Half of a rounding error and two of them, of the scene's size."""
-    half, two = 5e-13 * size, 2e-12 * size
+    """Half of a rounding error and two of them, of the scene's size; along the way, of the way's length."""
     tall = box(0.2, 0.4, -size, 0.3, side="left")
     cells = Cells(past(tall))
-    assert cells.size == size
-    for off, allowed in ((half, True), (two, False)):
-        assert cells._allowed(Gap((0.3 - off, 0.0), (inf, 0.0)), 0.3) == allowed
+    assert cells.extent == size
+    assert cells.size == min(size, 100)
+    for off, allowed in ((5e-13 * size, True), (2e-12 * size, False)):
+        assert cells._allowed(Gap((0.2, 0.4), (-inf, -inf), (0.3 - off, 0.3 - off))) == allowed
         low = Cells(past(box(0.2, 0.4, -size, 0.3, side="right")))
-        assert low._allowed(Gap((-inf, 0.0), (-size + off, 0.0)), 0.3) == allowed
-        near = Cells(past(tall, box(0.4 + off, 0.6, -0.5, 0.2), box(1 - off, 1.2, 0.1, 0.2), box(-0.2, off, 0.1, 0.2)))
+        assert low._allowed(Gap((0.2, 0.4), (-size + off, -size + off), (inf, inf))) == allowed
+        short = off / size
+        near = Cells(
+            past(tall, box(0.4 + short, 0.6, -0.5, 0.2), box(1 - short, 1.2, 0.1, 0.2), box(-0.2, short, 0.1, 0.2))
+        )
         assert len(near.lines) == (5 if allowed else 8)
         meeting = Cells(past(box(0.2, 0.4, -size, 0.1 + off), box(0.4, 0.6, 0.1, size)))
         assert ((1, 0) in meeting._met(1)) == allowed
-        assert (cells.wall((0.2, 0.2 + off), 0.3).contact == "touch") == allowed
+        assert (cells.wall((0.2, 0.2 + short), 0.3).contact == "touch") == allowed
         beside = Cells(past(box(0.2, 0.4, -size, -0.3), box(0.2, 0.4, 0.2, 0.4)))
         assert (beside.maneuver_past(((0,), (1,), (0,)), [(0.3, 1)], lift=0.25 + off / 2) is not None) == allowed
 
