@@ -43,24 +43,27 @@ class Explanation:
         return answer | {"complete": self.complete}
 
     def __str__(self) -> str:
-        said = (
-            "; or ".join(repair.text for repair in self.repairs) or "no change of a single entry was found that helps"
-        )
+        none = "no change of a single entry was found that helps" + ("" if self.complete else " in this time")
+        said = "; or ".join(repair.text for repair in self.repairs) or none
         late = "" if self.complete else "\n(the time was over before fewer entries and other changes were looked for)"
         return f"{', '.join(self.conflict)} conflict: {self.because}\n{said}{late}"
 
 
-def explain(maneuver: Maneuver, settings: Settings | None = None, time_limit: float = TIME_LIMIT) -> Explanation | None:
+def explain(
+    maneuver: Maneuver, settings: Settings | None = None, time_limit: float = TIME_LIMIT, proved: float = 0.0
+) -> Explanation | None:
     """Why a maneuver is proved impossible and what would help; None where it is not proved so.
 
     Args:
         time_limit: seconds after which no more repairs are looked for.
+        proved: a lower bound [m/s^2] that is known of it.
 
     Raises:
         SpecError: when the settings do not fit the maneuver.
     """
     settings = settings or Settings()
     trials = Trials(settings, time.perf_counter() + min(time_limit, settings.time_limit or time_limit))
+    trials.know(maneuver, proved)
     if not trials.refuted(maneuver):
         return None
     kept = _smallest(maneuver, trials)

@@ -116,7 +116,7 @@ class Plan(Planned):
         """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
         from .explain import explain
 
-        return explain(self.maneuver, self.settings) if self.status == "infeasible" else None
+        return explain(self.maneuver, self.settings, proved=self.lower_bound) if self.status == "infeasible" else None
 
     @property
     def sensitivities(self) -> Sensitivities:

@@ -30,6 +30,7 @@ LEAST = 0.05  # s, of a solve
 FINEST = 1e-3  # relative: to which the least change is looked for; what is said is rounded up to three digits
 ROUGH = 1e-2  # the same with blocks, a region or a speed
 COARSE, STEPS = 40, 4  # holds of a quick look; changes that are tried with the real settings, each a little larger
+SHARPER = 5  # halvings with the real settings
 MOST = 1e3  # times the entry: larger changes are not looked for
 FURTHEST = 10.0  # times the maneuver's size: nothing is moved further
 
@@ -54,6 +55,7 @@ class Trials:
 
     def __init__(self, settings: Settings, until: float) -> None:
         self.settings, self.until = settings, until
+        self._refuted: dict[Maneuver, float] = {}
 
     @property
     def over(self) -> bool:
@@ -62,6 +64,8 @@ class Trials:
     def solve(self, maneuver: Maneuver, settings: Settings | None = None) -> tuple[str, float, float]:
         """Status, peak and bound [m/s^2]; "refused" where the changed maneuver is none."""
         settings, rest = settings or self.settings, left(self.until)
+        if rest <= 0:
+            return "unknown", math.inf, 0.0
         if math.isfinite(rest):  # no solve goes on for longer than all of them may
             limit = min(max(rest, LEAST), settings.time_limit or math.inf)
             settings = settings.model_copy(update={"time_limit": limit})
@@ -73,13 +77,21 @@ class Trials:
 
     def refuted(self, maneuver: Maneuver) -> bool:
         """Whether it is proved impossible."""
-        return impossible(maneuver) is not None or (
-            maneuver.max_peak is not None and self.solve(maneuver)[0] == "infeasible"
-        )
+        if impossible(maneuver) is not None or maneuver in self._refuted:
+            return True
+        if maneuver.max_peak is not None:
+            status, _, bound = self.solve(maneuver)
+            self.know(maneuver, bound if status == "infeasible" else 0.0)
+        return maneuver in self._refuted
+
+    def know(self, maneuver: Maneuver, bound: float) -> None:
+        """That no control has a smaller peak than the bound [m/s^2], which may be more than allowed."""
+        if maneuver.max_peak is not None and bound > maneuver.max_peak:
+            self._refuted[maneuver] = bound
 
     def bound(self, maneuver: Maneuver) -> float:
-        """A bound that needs no max_peak [m/s^2]."""
-        return self.solve(changed(maneuver, max_peak=None))[2]
+        """A bound [m/s^2]: the one that refuted it, or a better one that needs no max_peak."""
+        return max(self._refuted.get(maneuver, 0.0), self.solve(changed(maneuver, max_peak=None))[2])
 
     def least(self, change: Callable[[float], Maneuver | None], low: float, first: float, most: float) -> float | None:
         """About the least x above `low` that helps, at most `most` above, steps growing from `first`; or None."""
@@ -93,11 +105,18 @@ class Trials:
         while high - low > (FINEST if simple else ROUGH) * high and not self.over:
             middle = (low + high) / 2
             low, high = (low, middle) if self._helps(change(middle)) else (middle, high)
+        below = 0.0 if start is None or simple or start.blocks else high - first
+        for _ in range(SHARPER):  # a quick look at a region or a speed asks for more than it takes
+            middle = high - below / 2
+            maneuver = change(middle) if below > ROUGH * high and not self.over else None
+            if maneuver is not None and self.solve(maneuver)[0] == "solved":
+                high = middle
+            below /= 2
         return high
 
     def _helps(self, maneuver: Maneuver | None) -> bool:
         """Whether it is solved, as a quick look tells: at the times that are best without region and speed."""
-        if maneuver is None or impossible(maneuver) is not None:
+        if self.over or maneuver is None or impossible(maneuver) is not None:
             return False
         quick: dict[str, Any] = {"grid": Aligned(steps=COARSE)}
         if maneuver.blocks:
@@ -173,6 +192,15 @@ def repairs(maneuver: Maneuver, fields: tuple[str, ...], trials: Trials) -> Iter
         yield from trials.repair(
             "duration", x, longer, f"duration {D:.6g} s is too short: {{}} s would do".format, lambda x: x / D - 1
         )
+        if any(maneuver.start.velocity) and any(maneuver.goal.velocity):  # else what is quick enough can wait at rest
+            shorter = functools.partial(_less, maneuver, "duration")
+            yield from trials.repair(
+                "duration",
+                trials.least(shorter, 0.0, 0.05 * D, D),
+                shorter,
+                lambda x: f"duration {D:.6g} s is too long: {D - float(x):.6g} s would do",
+                lambda x: x / D,
+            )
     if "max_speed" in fields and v is not None:
         faster, slowest = functools.partial(_with, maneuver, "max_speed"), least_way(maneuver) / D
         x = trials.least(faster, slowest, 0.1 * slowest, MOST * slowest)
@@ -182,6 +210,11 @@ def repairs(maneuver: Maneuver, fields: tuple[str, ...], trials: Trials) -> Iter
 
 def _with(maneuver: Maneuver, field: str, x: float) -> Maneuver | None:
     return tried(maneuver, **{field: x})
+
+
+def _less(maneuver: Maneuver, field: str, x: float) -> Maneuver | None:
+    """With an entry less by x, by the number that is then said of it."""
+    return tried(maneuver, **{field: max(float(f"{getattr(maneuver, field) - x:.6g}"), 0.0)})
 
 
 def _places(maneuver: Maneuver, fields: tuple[str, ...], trials: Trials) -> Iterator[Repair]:
@@ -204,10 +237,7 @@ def _places(maneuver: Maneuver, fields: tuple[str, ...], trials: Trials) -> Iter
             words = f"leave out {name}".format
             yield from trials.repair(name, 1.0, lambda x, rest=rest: rest, words, lambda x: 1.0, most=1)  # type: ignore[misc]
     if margin and any(name.startswith("obstacles") for name in fields):
-
-        def nearer(x: float) -> Maneuver | None:
-            return tried(maneuver, margin=max(margin - x, 0.0))
-
+        nearer = functools.partial(_less, maneuver, "margin")
         x = trials.least(nearer, 0.0, margin / 8, margin)
 
         def words_of(x: str) -> str:

@@ -3,12 +3,15 @@
 import json
 import re
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import peakmin as pm
+from peakmin import api
 from peakmin.cli import main
+from peakmin.explain import explain
 from peakmin.impossible import impossible, least_way
 from peakmin.repairs import upwards
 
@@ -171,3 +174,37 @@ def test_the_terminal_says_why(tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)["explanation"]
     assert told["conflict"] == ["obstacles[0]", "max_peak", "duration"]
     assert len(told["repairs"]) == 3
+
+
+def test_what_is_too_slow_between_moving_ends_is_too_long():
+    """At 1 m/s from end to end: in 1 s no force is needed, in 1.25 s one must stop on the way."""
+    asked = pm.Maneuver(
+        start=pm.State(position=(0, 0), velocity=(1, 0)),
+        goal=pm.State(position=(1, 0), velocity=(1, 0)),
+        duration=1.25,
+        max_peak=0.5,
+    )
+    first = pm.explain(asked).repairs[0]
+    assert "too long" in first.text
+    assert 1.1 < first.maneuver.duration < 1.25
+    assert f"{first.maneuver.duration:g} s would do" in first.text
+    assert pm.solve(first.maneuver).status == "solved"
+
+
+def test_what_refuted_is_what_is_said_even_when_the_time_is_over():
+    """Nine blocks in two seconds: the bound in the words is above max_peak, and nothing was found in this time."""
+    spec = api.read_spec(Path(__file__).parent.parent / "examples" / "cluttered.json")
+    asked = spec.maneuver.model_copy(update={"max_peak": 2.2759})
+    why = explain(asked, pm.Settings(time_limit=0.3), proved=2.346)
+    assert "max_peak 2.2759 m/s² is below 2.346 m/s²" in why.because
+    assert why.repairs == ()
+    assert not why.complete
+    assert str(why).count("in this time") == 1
+
+
+def test_a_speed_that_is_enough_is_nearly_the_least():
+    """By 1.15 m/s it can be done, by 1.1 m/s it was not: a quick look alone asks for 1.3 m/s."""
+    walls = [pm.Wall(tip=(0.6, 0.5)), pm.Wall(tip=(1.3, -0.2), direction=(0, 1))]
+    asked = maneuver(goal=pm.State(position=(2, 0)), duration=2.5, max_speed=0.7, obstacles=walls)
+    (speed,) = (one for one in pm.explain(asked).repairs if one.field == "max_speed")
+    assert speed.maneuver.max_speed <= 1.2

@@ -7,6 +7,8 @@ import pytest
 
 import peakmin as pm
 
+from .conftest import wall_maneuver
+
 MANEUVER = pm.Maneuver(
     start=pm.State(position=(0, 0)),
     goal=pm.State(position=(1, 0)),
@@ -131,3 +133,30 @@ def test_no_queries_have_no_answers():
     assert found.peak.shape == (0,)
     assert found.obstacle_times.shape == (0, 1)
     assert found.sensitivities == ()
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_slopes_over_obstacle_times_are_differences(seed):
+    """Also where one leg is so short, or so long, that all others are silent."""
+    rng = np.random.default_rng(seed)
+    q = int(rng.integers(1, 4))
+    contact = "touch" if rng.random() < 0.5 else "clear"
+    walls = [
+        pm.Wall(tip=(x, rng.uniform(0.1, 0.6) * (-1) ** i), direction=(0, -((-1) ** i)), contact=contact)
+        for i, x in enumerate(np.linspace(0.2, 0.8, q + 2)[1:-1])
+    ]
+    asked = wall_maneuver(obstacles=walls)
+    times, h = np.sort(rng.uniform(0.03, 0.97, q)), 1e-6
+    shifts = np.vstack([np.zeros(q), h * np.eye(q), -h * np.eye(q)])
+    found = pm.PeakOracle(asked).peaks(obstacle_times=times + shifts)
+    after, before = (found.peak[1 : q + 1] - found.peak[0]) / h, (found.peak[0] - found.peak[q + 1 :]) / h
+    slopes = found.sensitivities[0].obstacle_times
+    np.testing.assert_allclose(after, before, rtol=2e-3, atol=1e-4 * found.peak[0])
+    np.testing.assert_allclose(slopes, (after + before) / 2, rtol=2e-3, atol=1e-4 * found.peak[0])
+
+
+def test_a_silent_leg_has_slopes_too():
+    """All the force is used after the wall; before it nothing is known of the motion but where it must be."""
+    asked = wall_maneuver(obstacles=[pm.Wall(tip=(0.5, 0.5))])
+    found = pm.PeakOracle(asked).peaks(obstacle_times=[[0.9], [0.1]])
+    np.testing.assert_allclose([one.obstacle_times[0] for one in found.sensitivities], [2000 * 2**0.5, -2000 * 2**0.5])
