@@ -5,21 +5,24 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .circle import Disc
+from .keeping import keeping
 from .obstacles import Block
-from .spec import SOLVERS, Direct, Exact, GlobalSearch, Settings
+from .spec import SOLVERS, Direct, Exact, GlobalSearch, Maneuver, Settings
 
 if TYPE_CHECKING:
     from .arm.plan import ArmPlan
     from .plan import Plan
 
+LARGE = 1e-3  # a gap of which is said why
 NEARLY = 0.9  # of a limit: what took so much of it was stopped by it
 
 
 def advice(plan: Plan | ArmPlan) -> list[str]:
     """First what is unknown, then what to try, a line each; nothing for other answers."""
     search, more = plan.settings.search, _more_time(plan)
-    if plan.status == "solved" and isinstance(search, GlobalSearch) and plan.gap > search.gap and more:
-        return [f"whether a smaller peak can be had; none is below {plan.lower_bound:.6g} m/s²", *more]
+    if plan.status == "solved" and isinstance(search, GlobalSearch) and plan.gap > search.gap:
+        what = f"whether a smaller peak can be had: none is below {plan.lower_bound:.6g} m/s²{_not_in_the_bound(plan)}"
+        return [what, *more] if more or (plan.gap > LARGE and isinstance(plan.settings.circle, Disc)) else []
     if plan.status != "unknown":
         return []
     limit, bound = plan.maneuver.max_peak, f"{plan.lower_bound:.6g} m/s²"
@@ -31,7 +34,29 @@ def advice(plan: Plan | ArmPlan) -> list[str]:
         what = f"whether a peak of {limit:.6g} m/s² (max_peak) can be kept{where}: this path has {plan.peak:.6g}"
         return [f"{what}, none is below {bound}", *more, *_finer(plan), *_all_times(plan)]
     what = f"whether a path keeps all that was asked, and at what peak: this one does not; none is below {bound}"
-    return [what, *more, *_finer(plan)]
+    return [what, *more, *_other_numbers(plan), *_finer(plan)]
+
+
+def _not_in_the_bound(plan: Plan | ArmPlan) -> str:
+    """What was asked for of which the bound does not know, in words."""
+    asked = plan.maneuver
+    if not isinstance(asked, Maneuver):
+        return ""
+    names = [name for name in ("region", "max_speed") if getattr(asked, name) is not None]
+    return f", a bound that does not know of {' and '.join(names)}" if names else ""
+
+
+def _other_numbers(plan: Plan | ArmPlan) -> list[str]:
+    """Changes of what was asked that may help a path that does not keep it."""
+    asked, out = plan.maneuver, []
+    if not isinstance(asked, Maneuver) or plan.trajectory is None:
+        return []
+    kept = keeping(asked, plan.trajectory)
+    if kept.walls < 0 and len(asked.walls) > 1:
+        out.append("the walls in another order: they are passed as they are listed")
+    if asked.max_speed is not None and kept.speed > asked.max_speed:
+        out.append("a larger max_speed, or a longer duration")
+    return out
 
 
 def _more_time(plan: Plan | ArmPlan) -> list[str]:

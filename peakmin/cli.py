@@ -20,7 +20,7 @@ from typer.exceptions import TyperException
 from . import api, files, output, words
 from .deadline import ended_by_interrupt
 from .errors import PeakminError, SpecError
-from .model import read_file
+from .model import load, named, read_file
 from .spec import Spec, schema
 
 if TYPE_CHECKING:
@@ -54,6 +54,8 @@ def solve_command(
 ) -> None:
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
     asked = api.read_spec(spec)
+    if gif and out is None:
+        raise SpecError("--gif: was given, must come with --out, where the animation is written")
     files.ready(out)
     files.ready_for(report)
     if isinstance(asked, Spec):
@@ -118,7 +120,12 @@ def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
     from .arm.plan import ArmPlan
     from .arm.simulate import simulate
 
-    found = simulate(ArmPlan.from_json(read_file(plan)))
+    with named(plan):
+        data = load(read_file(plan), finite=True)
+        if data.get("kind") != "arm" and "digest" in data:
+            raise SpecError("the document: was a plan of a centre of mass, must be one of an arm for `simulate`")
+        asked = ArmPlan.from_json(read_file(plan))
+    found = simulate(asked)
     print(json.dumps(terminal.numbers(found), indent=2) if as_json else terminal.felt(found))
     raise typer.Exit(0 if found.agrees else EXIT["unknown"])
 
@@ -173,6 +180,8 @@ def study_command(
     from .variation import StudySpec
 
     asked = StudySpec.read(study_file)
+    if out.suffix[1:].isalpha() and out.suffix not in table.KINDS and not out.is_dir():
+        raise SpecError(f"--out: was {str(out)!r}, must be a folder, or end in {' or '.join(table.KINDS)}")
     store = out if out.suffix in table.KINDS else out / f"{study_file.stem}.csv"
     try:
         with output.bar("study") as progress:
@@ -187,7 +196,13 @@ def study_command(
 @app.command("verify")
 def verify_command(plan: PlanFile, as_json: Json = False) -> None:
     """Compute anew everything that a plan file states, from the file alone; exit status 4 if any of it is not so."""
-    found = api.verify(read_file(plan))
+    with named(plan):
+        text = read_file(plan)
+        if not {"maneuver", "base"}.isdisjoint(load(text)):
+            raise SpecError(
+                "the document: was a spec or a study file, must be a plan, as `peakmin solve --out` writes it"
+            )
+        found = api.verify(text)
     import numpy as np
 
     from .arm import terminal

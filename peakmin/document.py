@@ -109,6 +109,8 @@ def read_by(made: Callable[[dict[str, Any]], P], data: dict[str, Any]) -> P:
             return made(data)
     except SpecError:
         raise
+    except KeyError as error:
+        raise SpecError(f"the document: was not a plan, {short(error.args[0])} is missing") from None
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RecursionError) as error:
         raise SpecError(f"the document: was not a plan ({type(error).__name__}: {short(str(error), 120)})") from None
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from .arrays import Array
 from .clearance import block_clearance, pieces, wall_clearance
+from .obstacles import Wall
 from .spec import Maneuver
 from .trajectory import HoldTrajectory, Trajectory
 
@@ -58,15 +59,7 @@ def extent(maneuver: Maneuver) -> float:
 
 def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
     """What a motion [SI] keeps of a maneuver's obstacles, region and speed."""
-    walls = min(
-        (
-            # room of the wall's own size: others may be far away
-            wall_clearance(motion, tip, along, ROOM * extent(maneuver.past([wall])))
-            for wall in maneuver.walls
-            for tip, along in wall.rays
-        ),
-        default=math.inf,
-    )
+    walls = min(wall_clearances(maneuver, motion).values(), default=math.inf)
     blocks = least_clearance(motion, [np.array(block.vertices) for block in maneuver.blocks])
     behind = least_clearance(motion, _closed(maneuver))
     return Keeping(
@@ -76,6 +69,19 @@ def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
         math.inf if maneuver.region is None else _inside(motion, np.array(maneuver.region)),
         0.0 if maneuver.max_speed is None else _fastest(motion),
     )
+
+
+def wall_clearances(maneuver: Maneuver, motion: Trajectory) -> dict[int, float]:
+    """The distance from each wall [m], by its place among the obstacles; negative where the motion crosses it."""
+    return {
+        i: min(
+            # room of the wall's own size: others may be far away
+            wall_clearance(motion, tip, along, ROOM * extent(maneuver.past([wall])))
+            for tip, along in wall.rays
+        )
+        for i, wall in enumerate(maneuver.obstacles)
+        if isinstance(wall, Wall)
+    }
 
 
 def least_clearance(motion: Trajectory, polygons: Sequence[Array]) -> float:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -90,7 +91,8 @@ class Model(BaseModel):
     @classmethod
     def read(cls, path: str | Path) -> Self:
         """Read a JSON file. Raises `SpecError` with one line when it cannot be read or is wrong."""
-        return cls.from_json(read_file(path))
+        with named(path):
+            return cls.from_json(read_file(path))
 
     def to_json(self, indent: int | None = 2) -> str:
         """The model as JSON; `from_json` gives an equal one back."""
@@ -122,6 +124,16 @@ def load(text: str | bytes, finite: bool = False) -> dict[str, Any]:
     return data
 
 
+@contextmanager
+def named(path: str | Path) -> Iterator[None]:
+    """Calls the document by its file's name where it is refused as a whole."""
+    try:
+        yield
+    except SpecError as error:
+        said = str(error)
+        raise SpecError(f"{path}{said.removeprefix(WHOLE)}" if said.startswith(WHOLE + ":") else said) from None
+
+
 def read_file(path: str | Path) -> bytes:
     """A file's bytes. Raises `SpecError` with one line when it cannot be read or is too large."""
     try:
@@ -142,7 +154,10 @@ def one_line(error: ValidationError, data: Any) -> str:
     path = _path(first["loc"], data, first["type"] == "missing")
     message = first["msg"]
     if first["type"] == "missing":
-        return f"{path}: was missing, must be given"
+        own = [item["loc"] for item in found if item["type"] == "extra_forbidden"]
+        others = [short(place[-1]) for place in own if place[:-1] == first["loc"][:-1]]
+        unknown = f" ({', '.join(others)}: no such field)" if 0 < len(others) <= 3 else ""
+        return f"{path}: was missing, must be given{unknown}"
     if first["type"] == "extra_forbidden":
         return f"{path}: was {short(first['input'])}, must be left out (no such field{_of_kind(first['loc'], data)})"
     if first["type"].startswith("union_tag"):

@@ -128,7 +128,9 @@ class Block(Model):
 
 
 def _kind(value: Any) -> Any:
-    return value.get("kind", "wall") if isinstance(value, Mapping) else getattr(value, "kind", None)
+    if isinstance(value, Mapping):
+        return value.get("kind", "block" if "vertices" in value else "wall")
+    return getattr(value, "kind", None)
 
 
 Obstacle = Annotated[

@@ -15,6 +15,7 @@ from .bracket import Bracket
 from .compiled import shared
 from .errors import SpecError
 from .least import LeastPeak
+from .model import short
 from .moments import PointMass
 from .obstacles import Wall
 from .plan import Plan
@@ -27,12 +28,13 @@ TOGETHER = 1000  # queries at given times that are answered at once
 Answer = tuple[float, float, bool, Array, Array]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Peaks:
     """Answers to m queries past q walls.
 
-    peak, lower_bound: [m/s^2], (m,), infinite and a bound where no control was found;  solved: (m,);
-    obstacle_times: [s], (m, q);  queries: their maneuvers;  multipliers: that prove each, (2+q, 2), scaled.
+    peak, lower_bound: [m/s^2], (m,), infinite and a bound where no control was found that keeps all that was asked;
+    solved: (m,);  obstacle_times: [s], (m, q);  queries: their maneuvers;  multipliers: that prove each, (2+q, 2),
+    scaled.
     """
 
     peak: Array
@@ -52,6 +54,9 @@ class Peaks:
     def gap(self) -> Array:
         """(peak - lower_bound) / peak, (m,)."""
         return np.where(self.peak > 0, 1 - self.lower_bound / np.where(self.peak > 0, self.peak, 1.0), 0.0)
+
+    def __repr__(self) -> str:
+        return f"Peaks({np.count_nonzero(self.solved)} of {len(self.peak)} solved, peak={self.peak})"
 
 
 class PeakOracle:
@@ -107,7 +112,9 @@ class PeakOracle:
             if given is not None:
                 fields[name] = _state(name, given)
         if duration is not None:
-            fields["duration"] = float(np.asarray(duration))
+            if np.ndim(duration):
+                raise SpecError(f"duration: was of shape {np.shape(duration)}, must be one number (`peaks` takes many)")
+            fields["duration"] = duration.item() if isinstance(duration, np.ndarray) else duration
         if walls is not None:
             fields["obstacles"] = self._walls(walls)
         return Maneuver(**({name: getattr(self.maneuver, name) for name in Maneuver.model_fields} | fields))
@@ -152,11 +159,9 @@ class PeakOracle:
         Raises:
             SpecError: when shapes do not go together, or as for `plan`.
         """
-        asked = ((start, 1), (goal, 1), (duration, 0), (tips, 2), (obstacle_times, 1))
-        try:
-            given = [(None if value is None else np.asarray(value, dtype=float), depth) for value, depth in asked]
-        except (TypeError, ValueError):
-            raise SpecError("queries: was something else, must be arrays of numbers") from None
+        names = {"start": 1, "goal": 1, "duration": 0, "tips": 2, "obstacle_times": 1}
+        asked = zip(names.items(), (start, goal, duration, tips, obstacle_times), strict=True)
+        given = [(None if value is None else _numbers(name, value), depth) for (name, depth), value in asked]
         if any(value is not None and value.ndim not in (depth, depth + 1) for value, depth in given):
             shapes = [None if value is None else value.shape for value, _ in given]
             raise SpecError(f"queries: was of shapes {shapes}, must be one for all, or one each along the first axis")
@@ -184,7 +189,8 @@ class PeakOracle:
         if times is None:
             with shared():
                 plan = solve(maneuver, self.settings)
-            return plan.peak, plan.lower_bound, plan.status == "solved", plan.obstacle_times, plan.multipliers
+            peak = plan.peak if plan.status == "solved" else math.inf
+            return peak, plan.lower_bound, plan.status == "solved", plan.obstacle_times, plan.multipliers
         placed, bracket, unit = self._at(maneuver, times)
         multipliers = np.zeros((2 + len(placed), 2)) if bracket.multipliers is None else bracket.multipliers
         return bracket.upper * unit, bracket.lower * unit, math.isfinite(bracket.upper), placed, multipliers
@@ -233,6 +239,13 @@ def _refuse(maneuver: Maneuver, times: Array) -> None:
             f"{len(maneuver.walls)} times that increase between 0 and {maneuver.duration}, by {APART} of it at least"
         )
         raise SpecError(f"obstacle_times: was {times.tolist()}, must be {rising}")
+
+
+def _numbers(name: str, given: ArrayLike) -> Array:
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise SpecError(f"{name}: was {short(given)}, must be an array of numbers") from None
 
 
 def _state(name: str, given: State | ArrayLike) -> State:

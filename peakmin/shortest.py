@@ -46,7 +46,7 @@ class ShareBox:
     chain: tuple[Array, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Shortest:
     """duration: in which `plan` keeps the peak [s];  lower_bound: no maneuver of that peak is shorter [s].
 
@@ -63,6 +63,9 @@ class Shortest:
     def gap(self) -> float:
         """(duration - lower_bound) / duration."""
         return (self.duration - self.lower_bound) / self.duration if self.duration else 0.0
+
+    def __repr__(self) -> str:
+        return f"Shortest(duration={self.duration:.9g}, lower_bound={self.lower_bound:.9g}, plan={self.plan})"
 
 
 def shortest(maneuver: Maneuver, peak: float, gap: float = 1e-6, node_limit: int = 2000) -> Shortest:

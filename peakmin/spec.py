@@ -247,7 +247,8 @@ def check(maneuver: Maneuver, settings: Settings) -> None:
     """Refuse settings that do not fit the maneuver. Raises `SpecError`."""
     for name, given, kind in (("maneuver", maneuver, Maneuver), ("settings", settings, Settings)):
         if not isinstance(given, kind):
-            raise SpecError(f"{name}: was a {type(given).__name__}, must be a peakmin.{kind.__name__}")
+            whole = " (a spec has both: .maneuver, .settings)" if isinstance(given, Spec) else ""
+            raise SpecError(f"{name}: was a {type(given).__name__}, must be a peakmin.{kind.__name__}{whole}")
     walls, grid, search = len(maneuver.walls), settings.grid, settings.search
     if not maneuver.simple and not isinstance(search, GlobalSearch):
         what = "blocks" if maneuver.blocks else "a region" if maneuver.region is not None else "a max_speed"

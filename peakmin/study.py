@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor
 from contextlib import closing
 from pathlib import Path
@@ -91,6 +91,8 @@ def _rows(specs: StudySpec | Iterable[Spec | ArmSpec]) -> tuple[list[Spec | ArmS
 
     if isinstance(specs, StudySpec):
         return list(specs.specs), specs.varied
+    if isinstance(specs, str | bytes | Mapping | Path):
+        raise SpecError(f"specs: was a {type(specs).__name__}, must be a list of specs or a StudySpec (StudySpec.read)")
     asked = list(specs)
     for i, spec in enumerate(asked):
         if not isinstance(spec, Spec | ArmSpec):

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 APART = 1e-15  # of the duration: least time between two walls that are asked for
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Sweep:
     """M over T_obs.
 
@@ -51,6 +51,9 @@ class Sweep:
     def winner(self) -> int:
         """Index of the least peak."""
         return int(np.argmin(self.peak))
+
+    def __repr__(self) -> str:
+        return f"Sweep({len(self.peak)} of {self.asked} obstacle times, best={self.best})"
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """M over T_obs (the paper's figure 7), one wall only."""

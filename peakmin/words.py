@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from .advice import advice
 from .impossible import impossible
+from .keeping import wall_clearances
 
 if TYPE_CHECKING:
     from .arm.plan import ArmPlan
@@ -86,7 +87,9 @@ def not_kept(plan: Plan) -> list[str]:
     if kept.region < -1e-9:
         out.append(f"region: this path leaves it by {-kept.region:.6g} m")
     if kept.walls < 0:
-        out.append(f"walls: this path crosses one {-kept.walls:.6g} m below its tip")
+        assert plan.trajectory is not None
+        each = wall_clearances(asked, plan.trajectory).items()
+        out += [f"obstacles[{i}]: this path crosses it {-depth:.6g} m beyond its tip" for i, depth in each if depth < 0]
     if kept.blocks < 0:
         out.append(f"blocks: this path comes {-kept.blocks:.6g} m too close, or passes one on the other side")
     return out

@@ -120,3 +120,63 @@ def test_the_impossible_example_is_explained():
     result = run("explain", EXAMPLES[0].parent / "impossible.json")
     assert result.returncode == 3
     assert "raise max_peak to 6.14 m/s²" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"durration": 2.5}, "maneuver.duration: was missing, must be given ('durration': no such field)"),
+        ({"goal": {"pos": [1, 0]}}, "maneuver.goal.position: was missing, must be given ('pos': no such field)"),
+        (
+            {"obstacles": [{"tips": [1, 0]}]},
+            "maneuver.obstacles[0].tip: was missing, must be given ('tips': no such fi",
+        ),
+    ],
+)
+def test_a_misspelt_field_is_named_beside_the_missing_one(tmp_path, capsys, change, words):
+    data = {"start": {"position": [0, 0]}, "goal": {"position": [1, 0]}, "duration": 1} | change
+    if "durration" in change:
+        del data["duration"]
+    path = tmp_path / "spec.json"
+    path.write_text(json.dumps({"maneuver": data}))
+    status, out, err = call(capsys, "solve", path)
+    assert (status, out) == (2, "")
+    assert err.startswith("peakmin: " + words)
+
+
+def test_files_of_another_kind_are_called_so(spec, tmp_path, capsys):
+    status, out, _ = call(capsys, "solve", spec(), "--out", tmp_path)
+    assert status == 0
+    assert f"\nwrote {tmp_path}\n" in out
+    plan, study, other = tmp_path / "plan.json", tmp_path / "study.json", tmp_path / "plan.csv"
+    study.write_text(json.dumps({"base": {}, "grid": {}}))
+    for command, path, words in (
+        ("solve", plan, "was a plan (see `peakmin verify`), must be a spec"),
+        ("solve", study, "was a study file (see `peakmin study`), must be a spec"),
+        ("solve", other, "was not JSON"),
+        ("verify", other, "was not JSON"),
+        ("verify", study, "was a spec or a study file, must be a plan"),
+        ("verify", spec(), "was a spec or a study file, must be a plan"),
+        ("simulate", plan, "was a plan of a centre of mass, must be one of an arm for `simulate`"),
+    ):
+        status, out, err = call(capsys, command, path)
+        assert (status, out) == (2, "")
+        assert err.startswith(f"peakmin: {path}: {words}")
+        assert err.count("\n") == 1
+
+
+def test_what_cannot_be_written_is_refused_before_anything_is_solved(spec, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("peakmin.api.solve", None)
+    (tmp_path / "file").write_text("")
+    study = tmp_path / "study.json"
+    study.write_text(json.dumps({"base": json.loads(spec().read_text()), "grid": {"maneuver.mass": [1.0]}}))
+    for arguments, words in (
+        (["solve", spec(), "--gif"], "--gif: was given, must come with --out"),
+        (["solve", spec(), "--report", tmp_path], f"{tmp_path}: was a folder, must be a file to write"),
+        (["solve", spec(), "--report", tmp_path / "file" / "page.html"], "cannot be written"),
+        (["study", study, "--out", tmp_path / "rows.txt"], "must be a folder, or end in .csv or .parquet"),
+    ):
+        status, out, err = call(capsys, *arguments)
+        assert (status, out) == (2, "")
+        assert words in err
+        assert err.count("\n") == 1

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import peakmin as pm
+from peakmin.certify import lower_bound
 from peakmin.check import check
 from peakmin.document import digest, of, read
 from peakmin.moments import PointMass
@@ -166,3 +167,27 @@ def test_a_leaf_whose_costate_nearly_vanishes_proves_no_more():
     assert bound <= plan.peak
     data |= {"status": "infeasible", "lower_bound": 9.717242662824727}
     assert not pm.verify(json.dumps(data)).passed
+
+
+@pytest.mark.parametrize("factor", [1 + 2e-3, 1 + 0.5e-3])
+def test_multipliers_are_as_good_as_the_control(written, factor):
+    """The sensitivities are made from them: others, that prove less, are found out."""
+    plan = read(written)
+    assert pm.verify(json.dumps(of(plan))).passed
+    forged = dataclasses.replace(plan, multipliers=np.array([[3.0, 4.0], [0, 0], [0, 0]]))
+    (problem,) = pm.verify(json.dumps(of(forged))).problems
+    assert problem.startswith("multipliers: prove ")
+    # a little less than optimal is a rounding error, more is not
+    best, away = plan.multipliers, np.array([[0.0, 0], [1, 0], [0, 0]])
+    mass = PointMass.of(plan.crossing)
+
+    def proved(share):
+        return lower_bound(mass, plan.obstacle_times / mass.time, best + share * away) * mass.unit
+
+    least = (2 - factor - 2 * plan.gap) * plan.lower_bound
+    low, high = 0.0, float(np.max(np.abs(best)))
+    for _ in range(60):
+        share = (low + high) / 2
+        low, high = (share, high) if proved(share) > least else (low, share)
+    near = dataclasses.replace(plan, multipliers=best + low * away)
+    assert pm.verify(json.dumps(of(near))).passed == (factor < 1.001)

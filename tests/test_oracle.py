@@ -68,7 +68,7 @@ def test_programs_are_compiled_once_for_each_thread():
         ({"tips": [[0, 1], [1, 1]]}, r"^tips: was of shape \(2, 2\)"),
         ({"duration": [1, 2], "start": [[0, 0]] * 3}, r"^queries: was \[2, 3\]"),
         ({"duration": [[1], [2]]}, r"^queries: was of shapes"),
-        ({"start": pm.State(position=(0, 0))}, r"^queries: was something else"),
+        ({"start": pm.State(position=(0, 0))}, r"^start: was State"),
         ({"duration": -1}, r"^duration: was -1.0"),
         ({"goal": [np.nan, 0]}, r"^position\[0\]: was nan"),
     ],

@@ -214,7 +214,7 @@ def animate(plan: ArmPlan, frames: int = FRAMES) -> bytes:
         low, high = shown.min(axis=0) - 0.08 * size, shown.max(axis=0) + 0.08 * size
         left.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
         left.set_aspect("equal", anchor="S")
-        left.set_title("arm, and the force of the base on it (red)", fontsize="medium")
+        left.set_title("arm, and the force of the base on it (arrow)", fontsize="medium")
         left.legend(ncols=3, **BELOW)
         base_force(plan, ax=right)
     nowhere: Any = np.zeros((3, 2))
