@@ -233,8 +233,8 @@ class Search:
             if not np.any(inside) or not way[k]:
                 continue
             x, y = path[inside].T
-            sections = [cells.gaps[k][g] for g in way[k]]
-            low, high = (np.array([np.broadcast_to(gap.at(x)[i], x.shape) for gap in sections]) for i in (0, 1))
+            sections = [cells.gaps[k][g].at(x) for g in way[k]]
+            low, high = (np.array([np.broadcast_to(ends[i], x.shape) for ends in sections]) for i in (0, 1))
             depth = np.min(np.maximum(np.maximum(low - y, y - high), 0.0), axis=0)
             at = int(np.argmax(depth))
             if depth[at] > worst.depth:
