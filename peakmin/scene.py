@@ -192,6 +192,9 @@ class Search:
             yield self._solve(node.way, self._with(node, outside.line), node, path)
         elif outside.depth > room and len(node.way[outside.strip]) > 1:
             for gap in node.way[outside.strip]:
+                if over(self._until):  # the rest of its ways stays with the node
+                    self._closed.append(node)
+                    return
                 way = self.cells.through(tuple((gap,) if k == outside.strip else g for k, g in enumerate(node.way)))
                 if way is None:
                     continue

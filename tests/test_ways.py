@@ -71,6 +71,18 @@ def test_lines_through_corners_and_walls():
     assert through([0.3, 0.6], walls) == [0.0, *walls[:3], 0.6, walls[3], 1.0]
 
 
+def test_rounding_errors_grow_with_the_way_and_with_where_it_is():
+    near = Cells(past(box(0.2, 0.4, -0.1, 0.1), goal=pm.State(position=(4, 0))))
+    assert near.grain == pytest.approx(4e-12 + 8 * math.ulp(4.0))
+    for start in ((-1e6, 3), (3, -1e6)):
+        there = np.array([[0.2, -0.1], [0.4, -0.1], [0.4, 0.1], [0.2, 0.1]]) + start
+        ends = {"start": pm.State(position=start), "goal": pm.State(position=np.add(start, (4, 0)))}
+        far = Cells(past(pm.Block(vertices=there), **ends))
+        assert far.grain == pytest.approx(4e-12 + 8 * 2**-33, rel=1e-6)
+    wide = Cells(past(box(0.2, 0.4, 1e4, 2e4), goal=pm.State(position=(4, 0))))
+    assert (wide.size, wide.extent) == (400, 2e4)
+
+
 def test_corners_are_moved_to_the_nearest_line():
     lines = np.array([0.0, 0.3, 0.6, 1.0])
     ring = np.array([[-0.1, 1], [0.1, 2], [0.4, 3], [0.46, 4], [0.3, 5], [0.9, 6], [1.2, 7]])
