@@ -82,7 +82,7 @@ def _multipliers(plan: Plan, mass: PointMass) -> list[str]:
 
     A program with a coarse circle or grid has multipliers that miss the optimum by about as much as its control does.
     """
-    if plan.status != "solved" or not plan.maneuver.simple:
+    if plan.status != "solved":
         return []
     own = lower_bound(mass, plan.obstacle_times / mass.time, plan.multipliers) * mass.unit
     if own >= (1 - NEARLY - 2 * plan.gap) * plan.lower_bound:

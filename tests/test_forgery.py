@@ -177,6 +177,8 @@ def test_multipliers_are_as_good_as_the_control(written, factor):
     forged = dataclasses.replace(plan, multipliers=np.array([[3.0, 4.0], [0, 0], [0, 0]]))
     (problem,) = pm.verify(json.dumps(of(forged))).problems
     assert problem.startswith("multipliers: prove ")
+    none = dataclasses.replace(plan, status="unknown", multipliers=np.zeros((3, 2)))
+    assert pm.verify(json.dumps(of(none))).passed
     # a little less than optimal is a rounding error, more is not
     best, away = plan.multipliers, np.array([[0.0, 0], [1, 0], [0, 0]])
     mass = PointMass.of(plan.crossing)
