@@ -8,7 +8,7 @@ import shapely
 
 import peakmin as pm
 from peakmin.clearance import block_clearance
-from peakmin.keeping import Keeping, _closed, extent, inward, keeping, least_clearance
+from peakmin.keeping import Keeping, _closed, extent, inward, keeping, least_clearance, wall_clearances
 from peakmin.trajectory import HoldTrajectory
 
 from .conftest import wall_maneuver
@@ -178,6 +178,9 @@ def test_distances_of_walls_openings_and_blocks():
     assert keeping(slit, through).walls == pytest.approx(0.1)
     assert keeping(slit, hold((0, 0.35), (1, 0), (0, 0))).walls == pytest.approx(0.05)
     assert keeping(slit, hold((0, 0.5), (1, 0), (0, 0))).walls == pytest.approx(-0.1)
+    both = wall_maneuver(obstacles=[pm.Wall(tip=(0.3, 0.1)), box(0.2, 0.3, 2, 3), pm.Wall(tip=(0.6, 0.15))])
+    assert keeping(both, through).walls == pytest.approx(0.05)
+    assert wall_clearances(both, through) == pytest.approx({0: 0.1, 2: 0.05})
     mixed = wall_maneuver(obstacles=[pm.Wall(tip=(0.5, 0.1)), box(0.2, 0.3, 0.25, 0.4)], margin=0.02)
     found = keeping(mixed, through)
     assert (found.walls, found.blocks, found.clearance) == pytest.approx((0.1, 0.03, 0.05))
