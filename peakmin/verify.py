@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .arm.plan import ArmPlan
 
 NEARLY = 1e-3  # relative: how far the multipliers' own bound may be below the plan's, besides twice the gap
+CLOSE = 1e-6  # of the duration: of times nearer than this multipliers are as large as their rounding errors
 SAME = 1e-9  # relative difference up to which a number counts as the one stated
 
 
@@ -82,7 +83,8 @@ def _multipliers(plan: Plan, mass: PointMass) -> list[str]:
 
     A program with a coarse circle or grid has multipliers that miss the optimum by about as much as its control does.
     """
-    if plan.status != "solved":
+    times = np.concatenate([[0.0], plan.obstacle_times / mass.time, [1.0]])
+    if plan.status != "solved" or np.min(np.diff(times)) < CLOSE:
         return []
     own = lower_bound(mass, plan.obstacle_times / mass.time, plan.multipliers) * mass.unit
     if own >= (1 - NEARLY - 2 * plan.gap) * plan.lower_bound:
