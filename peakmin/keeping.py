@@ -18,6 +18,7 @@ from .trajectory import HoldTrajectory, Trajectory
 
 ROOM = 1e-9  # of the scene's size: how close to a tip a crossing counts as being at it
 GRAIN = 1e-12  # relative: rounding errors of positions on the region's edge and of speeds at their bound
+ENDS = 1e-7  # of the way
 FAR = 1e3  # of the scene's size: how far behind a block it counts as closed
 CHORDS = 20_000  # of a continuous control's path; what bends between them is charged in full
 
@@ -111,7 +112,9 @@ def least_clearance(motion: Trajectory, polygons: Sequence[Array]) -> float:
 def _closed(maneuver: Maneuver) -> tuple[Array, ...]:
     """Corners (n, 2) of what else is closed: behind blocks with a side, between start and goal; joints of blocks.
 
-    Margins included, as in `peakmin.cells`: what the bound counts as closed must be closed to a plan too.
+    Margins included, as in `peakmin.cells`: what the bound counts as closed must be closed to a plan too. A start or
+    goal behind a block is at the edge of what is closed, and a bound by chords loses a little there. So a little of
+    the way is left out at both ends: who is behind a block there came from, and leaves to, one of its two sides.
     """
     import shapely
 
@@ -122,7 +125,8 @@ def _closed(maneuver: Maneuver) -> tuple[Array, ...]:
     left = np.array([-along[1], along[0]])
     far = FAR * extent(maneuver)
     closed = []
-    between = shapely.Polygon([start + far * left, goal + far * left, goal - far * left, start - far * left])
+    first, last = start + ENDS * (goal - start), goal - ENDS * (goal - start)
+    between = shapely.Polygon([first + far * left, last + far * left, last - far * left, first - far * left])
     for block in maneuver.blocks:
         if block.side == "either":
             continue

@@ -154,6 +154,16 @@ def test_what_lies_behind_a_block_with_a_side_is_closed_between_start_and_goal(a
     assert holds_points(over, *at((-0.1, -5), (0.1, -5), (0.95, -5), (1.1, -5))) == [False, True, True, False]
 
 
+@both
+def test_a_start_and_a_goal_behind_a_block_are_beside_what_is_closed(wrap):
+    """Above a block that is passed below: away from the way one may go, along it not."""
+    for place, away in (((0, 0), -1), ((1, 0), 1)):
+        x = place[0]
+        asked = wall_maneuver(obstacles=[box(x - 0.1, x + 0.1, -0.3, -0.05).model_copy(update={"side": "right"})])
+        assert keeping(asked, wrap(hold(place, (away, 0), (0, 0)))).blocks == pytest.approx(1e-7, rel=0.1)
+        assert keeping(asked, wrap(hold(place, (-away, 0), (0, 0)))).blocks < -1e-3
+
+
 def test_where_blocks_meet_is_closed():
     pair = wall_maneuver(obstacles=[box(0.4, 0.6, -2, 0.1), box(0.4, 0.6, 0.1, 2)])
     assert holds_points(pair, (0.5, 0.1), (0.5, -1), (0.7, 0.1)) == [True, True, False]
