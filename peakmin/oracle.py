@@ -21,7 +21,7 @@ from .obstacles import Wall
 from .plan import Plan
 from .search import solve
 from .sensitivity import Sensitivities, sensitivities
-from .spec import Exact, Maneuver, Settings, State, walls_only
+from .spec import Exact, Maneuver, Settings, State, check, walls_only
 from .sweep import APART, in_order
 
 TOGETHER = 1000  # queries at given times that are answered at once
@@ -77,7 +77,7 @@ class PeakOracle:
 
     def __init__(self, maneuver: Maneuver, settings: Settings | None = None) -> None:
         self.maneuver, self.settings = maneuver, settings or Settings(method=Exact())
-        self.plan()
+        check(self.maneuver, self.settings)
 
     def plan(
         self,

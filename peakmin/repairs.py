@@ -30,7 +30,7 @@ LEAST = 0.05  # s, of a solve
 FINEST = 1e-3  # relative: to which the least change is looked for; what is said is rounded up to three digits
 ROUGH = 1e-2  # the same with blocks, a region or a speed
 COARSE, STEPS = 40, 4  # holds of a quick look; changes that are tried with the real settings, each a little larger
-SHARPER = 5  # halvings with the real settings
+SHARPER = 4  # halvings with the real settings
 MOST = 1e3  # times the entry: larger changes are not looked for
 FURTHEST = 10.0  # times the maneuver's size: nothing is moved further
 

@@ -14,7 +14,7 @@ from peakmin.arm.kinematics import unit
 
 from .random_arms import TASKS, task
 
-EVERY = 1 if os.environ.get("PEAKMIN_SEEDS") == "all" else 12
+EVERY = 1 if os.environ.get("PEAKMIN_SEEDS") == "all" else 24
 
 
 def momentum(plan, t):

@@ -1,5 +1,7 @@
 """The continuous-time optimum: reference values, Pontryagin's conditions, random maneuvers, sensitivities."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from .conftest import wall_maneuver
 from .random_maneuvers import maneuver, times
 
 EXACT = pm.Settings(method=pm.Exact())
+EVERY = 1 if os.environ.get("PEAKMIN_SEEDS") == "all" else 4
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -89,8 +92,8 @@ def test_the_paper_s_optimality_conditions_hold():
 @pytest.mark.parametrize("chunk", range(25))
 def test_random_maneuvers_at_given_times(chunk):
     """500 of them: bounds in order, holds of 2,000 steps just above the optimum, and few that do not settle."""
-    settled = 0
-    for seed in range(20 * chunk, 20 * chunk + 20):
+    settled, seeds = 0, range(20 * chunk, 20 * chunk + 20, EVERY)
+    for seed in seeds:
         problem = maneuver(seed)
         at = times(seed, len(problem.obstacles)) * problem.duration
         exact = LeastPeak(problem, EXACT)(at)
@@ -100,7 +103,7 @@ def test_random_maneuvers_at_given_times(chunk):
         if exact.gap <= 1e-7 and holds.gap <= 1e-6:
             settled += 1
             assert exact.upper * (1 - 2e-7) <= holds.upper <= exact.upper * (1 + 1e-4), seed
-    assert settled >= 17
+    assert settled >= 0.85 * len(seeds) - (EVERY > 1)  # of five one more may not
 
 
 def test_holds_approach_the_optimum_as_their_number_grows():

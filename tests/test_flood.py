@@ -24,8 +24,13 @@ def between_bars(*angles):
     return pm.ArmManeuver(arm=arm, start=start, goal=goal, duration=2, obstacles=[bar(one) for one in angles])
 
 
-def test_a_way_that_is_closed_is_proved_so():
-    plan = pm.solve(between_bars(0.75, -1.8))
+@pytest.fixture(scope="module")
+def closed():
+    return pm.solve(between_bars(0.75, -1.8))
+
+
+def test_a_way_that_is_closed_is_proved_so(closed):
+    plan = closed
     assert plan.status == "infeasible"
     assert plan.lower_bound == np.inf
     assert plan.joints is None
@@ -36,8 +41,8 @@ def test_a_way_that_is_closed_is_proved_so():
     assert pm.verify(plan.to_json()).passed
 
 
-def test_a_flood_that_parts_nothing_proves_nothing():
-    data = json.loads(pm.solve(between_bars(0.75, -1.8)).to_json())
+def test_a_flood_that_parts_nothing_proves_nothing(closed):
+    data = json.loads(closed.to_json())
     assert data["flooded"] in FLOODS
     for cells in (0, 32):  # none, or one too coarse to tell
         found = pm.verify(json.dumps(data | {"flooded": cells}))
