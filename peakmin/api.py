@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from .errors import SpecError
 from .explain import Explanation
-from .model import WHOLE, load, named, read_file
+from .model import load, named, of_kind, read_file
 from .progress import Progress
 from .search import solve as solve_point
 from .spec import Maneuver, Settings, Spec
@@ -83,9 +82,7 @@ def read_spec(path: str | Path) -> Spec | ArmSpec:
     """A spec file, of an arm where it has one. Raises `SpecError` in one line when it cannot be read or is wrong."""
     with named(path):
         data = load(read_file(path))
-        if "maneuver" not in data and ("base" in data or data.get("kind") == "arm" or "digest" in data):
-            kind = "study file (see `peakmin study`)" if "base" in data else "plan (see `peakmin verify`)"
-            raise SpecError(f"{WHOLE}: was a {kind}, must be a spec")
+        of_kind(data, "spec")
         return spec_of(data)
 
 

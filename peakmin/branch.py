@@ -13,8 +13,8 @@ import numpy as np
 from .arrays import Array, Mask
 from .certify import Leaf, lower_bound, out_of_order
 from .deadline import over
-from .descent import APART, descend, elsewhere, unhindered
-from .exact import Extremal, ascend, extremal, least_energy
+from .descent import descend, elsewhere, unhindered
+from .exact import APART, Extremal, ascend, extremal, far_apart, least_energy
 from .moments import PointMass
 from .nodal import Nodal
 from .progress import Progress
@@ -224,11 +224,6 @@ def inside(low: Array, high: Array) -> Array:
     for i in range(1, q):
         times[i] = max(times[i], times[i - 1] + APART)
     return np.asarray(times)
-
-
-def far_apart(times: Array) -> bool:
-    """Whether M* can be evaluated at these times, (q,): in a box at an end, or of times that coincide, it cannot."""
-    return bool(np.all(np.diff(np.concatenate([[0.0], times, [1.0]])) >= 0.5 * APART))
 
 
 def apart(times: Array) -> Array:

@@ -92,9 +92,9 @@ class Cells:
     def sided(self) -> list[tuple[Block, Array]]:
         """The blocks that are passed on one side only, with their edges (E, 4)."""
         every = zip(self.maneuver.blocks, self.rings, strict=True)
-        lines, near = np.array(self.lines), 2 * self.grain  # other corners lie in other blocks
+        lines = np.array(self.lines)
         return [
-            (block, edges_of([snapped(ring, lines, near) for ring in rings]))
+            (block, edges_of([snapped(ring, lines) for ring in rings]))
             for block, rings in every
             if block.side != "either"
         ]
@@ -121,7 +121,13 @@ class Cells:
     @cached_property
     def lines(self) -> list[float]:
         """The x of all strips' ends, 0 and D included."""
-        corners = [x for ring in self.solid for x in ring[:, 0].tolist()]
+        sided = [
+            ring
+            for b, rings in zip(self.maneuver.blocks, self.rings, strict=True)
+            if b.side != "either"
+            for ring in rings
+        ]
+        corners = [x for ring in (*self.solid, *sided) for x in ring[:, 0].tolist()]
         return lines_through(corners, [x for x, _ in self.walls], self.length, self.grain)
 
     @cached_property

@@ -20,7 +20,7 @@ from typer.exceptions import TyperException
 from . import api, files, output, words
 from .deadline import ended_by_interrupt
 from .errors import PeakminError, SpecError
-from .model import load, named, read_file
+from .model import load, named, of_kind, read_file
 from .spec import Spec, schema
 
 if TYPE_CHECKING:
@@ -198,10 +198,7 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
     """Compute anew everything that a plan file states, from the file alone; exit status 4 if any of it is not so."""
     with named(plan):
         text = read_file(plan)
-        if not {"maneuver", "base"}.isdisjoint(load(text)):
-            raise SpecError(
-                "the document: was a spec or a study file, must be a plan, as `peakmin solve --out` writes it"
-            )
+        of_kind(load(text), "plan")
         found = api.verify(text)
     import numpy as np
 

@@ -12,10 +12,9 @@ from scipy.optimize import LinearConstraint, minimize
 
 from .arrays import Array
 from .deadline import OverError, over
-from .exact import Extremal, extremal
+from .exact import APART, Extremal, extremal
 from .moments import PointMass, impulse
 
-APART = 1e-9  # least distance of obstacle times from each other and the ends at which M* is evaluated
 FINE = 1e-15  # relative: how precisely a descent is ended
 COARSE = tuple((k + 0.5) / 7 for k in range(7))  # times tried where one box does not prove the rest
 DESCENTS = 5

@@ -29,6 +29,7 @@ A_FEW = 4  # Newton steps to multipliers that are good enough for a box of times
 PATIENCE = 5  # steps without progress, in F and in its gradient, that mean a kink
 SILENT = 1e-3  # p below this share of its maximum at both ends of a segment: perhaps zero at the optimum
 DEEPEST = 1  # silent stretches one in another that are looked for; each more multiplies the work
+APART = 1e-9  # least distance of obstacle times from each other and the ends at which M* is evaluated
 SETTLED = 1e-9  # relative gap at which nothing further is tried
 
 
@@ -55,6 +56,11 @@ class Extremal:
     def bracket(self) -> Bracket:
         """The two ends as a bracket, without a hold control."""
         return Bracket(self.lower, self.upper, None, self.multipliers)
+
+
+def far_apart(times: Array) -> bool:
+    """Whether M* can be evaluated at these times, (q,): in a box at an end, or of times that coincide, it cannot."""
+    return bool(np.all(np.diff(np.concatenate([[0.0], times, [1.0]])) >= 0.5 * APART))
 
 
 def extremal(mass: PointMass, times: Array, start: Array | None = None, depth: int = 0) -> Extremal:

@@ -19,7 +19,7 @@ from .trajectory import HoldTrajectory, Trajectory
 ROOM = 1e-9  # of the scene's size: how close to a tip a crossing counts as being at it
 GRAIN = 1e-12  # relative: rounding errors of positions on the region's edge and of speeds at their bound
 ENDS = 1e-7  # of the way
-FAR = 1e3  # of the scene's size: how far behind a block it counts as closed
+FAR = 1e3  # of the scene's size: how far behind a block it counts as closed at least
 CHORDS = 20_000  # of a continuous control's path; what bends between them is charged in full
 
 
@@ -62,7 +62,7 @@ def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
     """What a motion [SI] keeps of a maneuver's obstacles, region and speed."""
     walls = min(wall_clearances(maneuver, motion).values(), default=math.inf)
     blocks = least_clearance(motion, [np.array(block.vertices) for block in maneuver.blocks])
-    behind = least_clearance(motion, _closed(maneuver))
+    behind = least_clearance(motion, _closed(maneuver, _far(maneuver, motion)))
     return Keeping(
         min(walls, blocks),
         walls,
@@ -108,13 +108,25 @@ def least_clearance(motion: Trajectory, polygons: Sequence[Array]) -> float:
     return best
 
 
+def _far(maneuver: Maneuver, motion: Trajectory) -> float:
+    """How far away [m] a block closes what is behind it: further than the motion goes, and than anything is."""
+    times = pieces(motion)
+    gone = float(np.max(np.abs(motion.position(times) - np.array(maneuver.start.position))))
+    gone += motion.peak() * float(np.max(np.diff(times))) ** 2
+    size = extent(maneuver)
+    return (
+        size * max(FAR, 2.0 ** math.ceil(math.log2(max(4 * gone / size, 1.0)))) if math.isfinite(gone) else FAR * size
+    )
+
+
 @lru_cache(maxsize=16)
-def _closed(maneuver: Maneuver) -> tuple[Array, ...]:
+def _closed(maneuver: Maneuver, far: float) -> tuple[Array, ...]:
     """Corners (n, 2) of what else is closed: behind blocks with a side, between start and goal; joints of blocks.
 
     Margins included, as in `peakmin.cells`: what the bound counts as closed must be closed to a plan too. A start or
     goal behind a block is at the edge of what is closed, and a bound by chords loses a little there. So a little of
-    the way is left out at both ends: who is behind a block there came from, and leaves to, one of its two sides.
+    the way is left out at that end, behind a block that reaches further: who is behind it there comes from before the
+    start, or is seen behind it a little later.
     """
     import shapely
 
@@ -123,14 +135,18 @@ def _closed(maneuver: Maneuver) -> tuple[Array, ...]:
         return ()
     along = (goal - start) / math.hypot(*(goal - start))
     left = np.array([-along[1], along[0]])
-    far = FAR * extent(maneuver)
     closed = []
-    first, last = start + ENDS * (goal - start), goal - ENDS * (goal - start)
-    between = shapely.Polygon([first + far * left, last + far * left, last - far * left, first - far * left])
+    little = ENDS * (goal - start)
+    near = 1e-3 * math.hypot(*little)
     for block in maneuver.blocks:
         if block.side == "either":
             continue
         shadow = shapely.Polygon(block.shadow(maneuver.margin, -left if block.side == "left" else left, far))
+        first, last = (
+            end + step if all(shadow.distance(shapely.Point(end + part * step)) < near for part in (0, 2)) else end
+            for end, step in ((start, little), (goal, -little))
+        )
+        between = shapely.Polygon([first + far * left, last + far * left, last - far * left, first - far * left])
         closed += _parts(shadow.intersection(between))
     joined = _parts(shapely.union_all([shapely.Polygon(b.grown(maneuver.margin)[0]) for b in maneuver.blocks]))
     if len(joined) < len(maneuver.blocks):

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
@@ -18,6 +18,11 @@ MOST_PARTS = 5_000_000  # lists and objects of a document: each takes some hundr
 MOST_DEEP = 500  # one in another; less than what Python and pydantic follow
 MOST_KEYS = 1000  # of one object: each that is not known costs pydantic a finding
 WHOLE = "the document"
+KINDS = {  # of files, by the entry that tells, with the verb that reads them
+    "digest": ("plan", "verify"),
+    "base": ("study file", "study"),
+    "maneuver": ("spec", "solve"),
+}
 PLAIN = {  # pydantic's error types in the words of a spec file
     "float_type": "a number",
     "int_type": "a whole number",
@@ -72,6 +77,8 @@ class Model(BaseModel):
         SpecError: on construction, when a field is wrong.
     """
 
+    kind_of_file: ClassVar[str] = ""
+
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
 
     def __init__(self, **data: Any) -> None:
@@ -92,7 +99,10 @@ class Model(BaseModel):
     def read(cls, path: str | Path) -> Self:
         """Read a JSON file. Raises `SpecError` with one line when it cannot be read or is wrong."""
         with named(path):
-            return cls.from_json(read_file(path))
+            data = load(read_file(path))
+            if cls.kind_of_file:
+                of_kind(data, cls.kind_of_file)
+            return cls(**data)
 
     def to_json(self, indent: int | None = 2) -> str:
         """The model as JSON; `from_json` gives an equal one back."""
@@ -116,6 +126,8 @@ def load(text: str | bytes, finite: bool = False) -> dict[str, Any]:
     except SpecError:
         raise
     except (ValueError, UnicodeDecodeError) as error:
+        if "integer string conversion" in str(error):
+            raise SpecError(f"{WHOLE}: was one with a number of too many digits, must have at most 4300") from None
         raise SpecError(f"{WHOLE}: was not JSON ({short(str(error), 120)})") from None
     if not shallow:
         raise SpecError(f"{WHOLE}: was nested too deeply, must be at most {MOST_DEEP} lists and objects deep")
@@ -132,6 +144,14 @@ def named(path: str | Path) -> Iterator[None]:
     except SpecError as error:
         said = str(error)
         raise SpecError(f"{path}{said.removeprefix(WHOLE)}" if said.startswith(WHOLE + ":") else said) from None
+
+
+def of_kind(data: Mapping[str, Any], wanted: str) -> None:
+    """Refuse a document of another kind by its name. Raises `SpecError`."""
+    named = [kind for key, (kind, _) in KINDS.items() if key in data]
+    if named and wanted not in named:
+        verb = next(verb for kind, verb in KINDS.values() if kind == named[0])
+        raise SpecError(f"{WHOLE}: was a {named[0]} (see `peakmin {verb}`), must be a {wanted}")
 
 
 def read_file(path: str | Path) -> bytes:

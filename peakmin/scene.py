@@ -32,6 +32,7 @@ SNAP = 0.05  # of a strip: a line this close to the strip's end is put there, wh
 A_LITTLE = 0.05  # of the scene: a path that is no deeper in a block is raised clear of it
 NEAR = 0.03  # of the way: lines closer than this replace each other
 IDLE = 1e-6  # of the largest multiplier
+FEW = 3  # samples in a strip, below which its ends are looked at
 LEVEL = 1e-6  # relative: places that are so nearly as far off as each other count as equal
 SHALLOW = 1e-7  # of the scene: a path no deeper in a block is left to be raised
 FIRST_LIFT = 1e-8  # of the scene
@@ -122,7 +123,7 @@ class Search:
         self._push(self._solve(way, ()))
         last, stalled, gap = self._heap[0][2], 0, 1.0
         while self._heap and self._heap[0][0] < (1 - self.gap) * self.upper:
-            if stalled >= PATIENCE or self.rounds >= rounds or self._over:
+            if stalled >= PATIENCE or self.rounds >= rounds or self.boxes >= self._most or over(self._until):
                 break
             last = heapq.heappop(self._heap)[2]
             for child in self._expand(last):
@@ -133,10 +134,6 @@ class Search:
                 progress(self.rounds, self.rounds + len(self._heap))
         branches = tuple(node.branch for node in self._nodes)
         return Found(self.lower, branches, self.best, self._as_free(last), self.boxes, self.rounds)
-
-    @property
-    def _over(self) -> bool:
-        return self.boxes >= self._most or over(self._until)
 
     def _as_free(self, node: _Node) -> Free:
         found = node.certificate
@@ -233,9 +230,12 @@ class Search:
         cells, worst = self.cells, _Outside()
         for k, (left, right) in enumerate(zip(cells.lines, cells.lines[1:], strict=False)):
             inside = (path[:, 0] >= left) & (path[:, 0] <= right) & (path[:, 0] > 0) & (path[:, 0] < cells.length)
-            if not np.any(inside) or not way[k]:
+            there = path[inside]
+            if len(there) < FEW:  # a strip so thin that a path crosses it between two samples
+                there = np.concatenate([there, *(_crossings(path, x) for x in (left, right) if 0 < x < cells.length)])
+            if not len(there) or not way[k]:
                 continue
-            x, y = path[inside].T
+            x, y = there.T
             sections = [cells.gaps[k][g].at(x) for g in way[k]]
             low, high = (np.array([np.broadcast_to(ends[i], x.shape) for ends in sections]) for i in (0, 1))
             depth = np.min(np.maximum(np.maximum(low - y, y - high), 0.0), axis=0)
@@ -278,6 +278,13 @@ class Search:
             if not node.past.walls:
                 return
             lift += max(1.3 * short, FIRST_LIFT * size)
+
+
+def _crossings(path: Array, x: float) -> Array:
+    """Where a path through samples (n, 2) crosses the line at x, (m, 2)."""
+    k = np.flatnonzero((path[:-1, 0] < x) != (path[1:, 0] < x))
+    share = (x - path[k, 0]) / (path[k + 1, 0] - path[k, 0])
+    return np.stack([np.full(len(k), x), path[k, 1] + share * (path[k + 1, 1] - path[k, 1])], axis=1)
 
 
 @dataclass(frozen=True)

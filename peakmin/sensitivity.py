@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrays import Array
-from .integrals import mean_direction
+from .certify import lower_bound
+from .exact import extremal, far_apart
 from .moments import PointMass, costate, impulse
 from .spec import Maneuver
-
-IDLE = 1e-9  # of the largest multiplier: a wall with less is passed anywhere
 
 
 @dataclass(frozen=True)
@@ -45,11 +44,11 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
         trial, area = 0 * trial, 1.0
     peak = float(np.sum(trial * mass.targets(times))) / area
     rates = trial / area
-    kinks, p = costate(trial, times)
+    _, p = costate(trial, times)
     position, velocity, slope = 1 / mass.time**2, 1 / mass.time, mass.unit / mass.time
     return Sensitivities(
         tips=rates[2:] * position,
-        obstacle_times=-np.sum(rates[2:] * _velocities(mass, kinks, p, peak, rates[2:]), axis=1) * slope + 0.0,
+        obstacle_times=-np.sum(rates[2:] * _velocities(maneuver, times, multipliers), axis=1) * slope + 0.0,
         duration=-float(rates[0] @ mass.vf + peak * np.hypot(*rates[1])) * slope,
         start_position=-(rates[0] + np.sum(rates[2:], axis=0)) * position,
         start_velocity=-p[0] / area * velocity,
@@ -58,21 +57,22 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
     )
 
 
-def _velocities(mass: PointMass, kinks: Array, p: Array, peak: float, push: Array) -> Array:
-    """r'(T_i) [scaled] at the tips of walls that push, shape (q, 2); zero at others.
+def optimal(mass: PointMass, times: Array, given: Array) -> Array:
+    """The best multipliers (2+q, 2) at scaled times (q,): those of the optimum, or given ones that prove more.
 
-    Between two of them, or ends, h apart, u = M p/|p| gains h M a in velocity, and r(b) - r(a) = h (v + h M (a - w))
-    with a and w the plain and the weighted mean of p/|p|. Where p is zero it says nothing of the motion: each velocity
-    is that of the leg, before or after, in which p is larger.
+    A program's own are those of its circle and grid: with few edges they may look along one of them only.
     """
-    size = np.hypot(*push.T)
-    at = np.r_[0, 1 + np.flatnonzero(size > IDLE * np.max(size, initial=0.0)), len(kinks) - 1]
-    place = np.vstack([np.zeros(2), mass.tips, mass.pf])[at]
-    h, speak = np.diff(kinks[at])[:, None], np.hypot(*p[at].T)
-    plain, weighted = mean_direction(p[at[:-1]], p[at[1:]])
-    first = np.diff(place, axis=0) / h - h * peak * (plain - weighted)
-    last = first + h * peak * plain
-    before = speak[:-2] >= speak[2:]
-    out = np.zeros_like(push)
-    out[at[1:-1] - 1] = np.where(before[:, None], last[:-1], first[1:])
-    return out
+    if not far_apart(times):
+        return given
+    found = max((extremal(mass, times), extremal(mass, times, given)), key=lambda one: one.lower)
+    return found.multipliers if found.lower > lower_bound(mass, times, given) else given
+
+
+def _velocities(maneuver: Maneuver, times: Array, multipliers: Array) -> Array:
+    """r'(T_i) [scaled] of the optimal motion, (q, 2); zero where no wall pushes or times nearly coincide.
+
+    Not from p alone, which may be zero before a wall, after it, or both; a clear wall may be crossed beyond its tip.
+    """
+    if not np.any(multipliers[2:]) or not far_apart(times):
+        return np.zeros_like(multipliers[2:])
+    return extremal(PointMass.of(maneuver), times, multipliers).motion.velocity(times)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
@@ -222,6 +222,8 @@ def known_version(version: int) -> int:
 
 class Spec(Model):
     """A whole spec file of a centre of mass; `ArmSpec` reads those with an arm."""
+
+    kind_of_file: ClassVar[str] = "spec"
 
     version: Annotated[int, Field(strict=True), AfterValidator(known_version)] = 1
     maneuver: Maneuver

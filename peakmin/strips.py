@@ -48,13 +48,12 @@ def lines_through(corners: Sequence[float], walls: Sequence[float], length: floa
     return [*out, length]
 
 
-def snapped(ring: Array, lines: Array, within: float = math.inf) -> Array:
-    """A ring's corners (n, 2), those between the first and the last line on the nearest one, if it is within reach."""
+def snapped(ring: Array, lines: Array) -> Array:
+    """A ring's corners (n, 2), those between the first and the last line on the nearest one."""
     x = ring[:, 0]
     after = np.clip(np.searchsorted(lines, x), 1, len(lines) - 1)
     nearest = np.where(lines[after] - x < x - lines[after - 1], lines[after], lines[after - 1])
-    near = (np.abs(nearest - x) <= within) & (lines[0] < x) & (x < lines[-1])
-    return np.stack([np.where(near, nearest, x), ring[:, 1]], axis=1)
+    return np.stack([np.where((lines[0] < x) & (x < lines[-1]), nearest, x), ring[:, 1]], axis=1)
 
 
 def edges_of(rings: Sequence[Array]) -> Array:

@@ -16,7 +16,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from .api import spec_of
 from .errors import SpecError
-from .model import Model, load, read_file
+from .model import Model, load, named, of_kind, read_file
 from .spec import Spec, known_version
 
 if TYPE_CHECKING:
@@ -67,13 +67,16 @@ class StudySpec(Model):
     def __init__(self, **data: Any) -> None:
         base = data.get("base")
         if isinstance(base, str | Path):
-            base = load(read_file(base))
+            with named(base):
+                base = load(read_file(base))
         super().__init__(**{**data, **({"base": _plain(base)} if "base" in data else {})})
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
         """Read a study file. Raises `SpecError` with one line when it, or its base, cannot be read or is wrong."""
-        data = load(read_file(path))
+        with named(path):
+            data = load(read_file(path))
+            of_kind(data, "study file")
         if isinstance(data.get("base"), str):
             data["base"] = Path(path).parent / data["base"]
         return cls(**data)

@@ -155,8 +155,11 @@ def test_files_of_another_kind_are_called_so(spec, tmp_path, capsys):
         ("solve", study, "was a study file (see `peakmin study`), must be a spec"),
         ("solve", other, "was not JSON"),
         ("verify", other, "was not JSON"),
-        ("verify", study, "was a spec or a study file, must be a plan"),
-        ("verify", spec(), "was a spec or a study file, must be a plan"),
+        ("verify", study, "was a study file (see `peakmin study`), must be a plan"),
+        ("verify", spec(), "was a spec (see `peakmin solve`), must be a plan"),
+        ("sweep", plan, "was a plan (see `peakmin verify`), must be a spec"),
+        ("study", plan, "was a plan (see `peakmin verify`), must be a study file"),
+        ("study", other, "was not JSON"),
         ("simulate", plan, "was a plan of a centre of mass, must be one of an arm for `simulate`"),
     ):
         status, out, err = call(capsys, command, path)
@@ -180,3 +183,11 @@ def test_what_cannot_be_written_is_refused_before_anything_is_solved(spec, tmp_p
         assert (status, out) == (2, "")
         assert words in err
         assert err.count("\n") == 1
+
+
+def test_a_number_of_very_many_digits_is_called_so(tmp_path, capsys):
+    path = tmp_path / "spec.json"
+    path.write_text('{"maneuver": {"duration": ' + "1" * 5000 + "}}")
+    status, _, err = call(capsys, "solve", path)
+    assert status == 2
+    assert err == f"peakmin: {path}: was one with a number of too many digits, must have at most 4300\n"

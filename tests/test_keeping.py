@@ -123,7 +123,7 @@ def box(left, right, low, high, side="either"):
 
 
 def holds_points(maneuver, *points):
-    closed = [shapely.Polygon(corners) for corners in _closed(maneuver)]
+    closed = [shapely.Polygon(corners) for corners in _closed(maneuver, 1e3 * extent(maneuver))]
     return [any(polygon.contains(shapely.Point(point)) for polygon in closed) for point in points]
 
 
@@ -146,7 +146,7 @@ def test_what_lies_behind_a_block_with_a_side_is_closed_between_start_and_goal(a
     ]  # fmt: skip
     right = scene(box(0.4, 0.6, -0.2, 0.1, "right"))
     assert holds_points(right, *at((0.5, 0.3), (0.5, 500), (0.5, -0.3), (0.3, 0.3))) == [True, True, False, False]
-    assert _closed(scene(box(0.4, 0.6, -0.2, 0.1))) == ()
+    assert _closed(scene(box(0.4, 0.6, -0.2, 0.1)), 1e3 * unit) == ()
     wide = scene(box(0.4, 0.6, -0.2, 0.1, "left"), margin=0.05 * unit)
     assert holds_points(wide, *at((0.36, -0.3), (0.34, -0.3), (0.5, 0.13), (0.5, 0.16))) == [True, False, True, False]
     # no further than start and goal
@@ -164,6 +164,26 @@ def test_a_start_and_a_goal_behind_a_block_are_beside_what_is_closed(wrap):
         assert keeping(asked, wrap(hold(place, (-away, 0), (0, 0)))).blocks < -1e-3
 
 
+@both
+@pytest.mark.parametrize("block", [(2e-8, 8e-8), (-1, 5e-8), (1 - 8e-8, 1 - 2e-8), (1 - 5e-8, 2)])
+def test_blocks_that_end_near_start_or_goal_are_passed_on_their_side(wrap, block):
+    """Nothing is left out of what is closed behind those that reach no further."""
+    asked = wall_maneuver(obstacles=[box(*block, 0.1, 0.3, "left")])
+    kept = keeping(asked, wrap(hold((0, 0), (1, 0), (0, 0))))
+    assert -4e-8 < kept.blocks < -1e-8
+    assert not kept.passed(asked)
+
+
+@pytest.mark.parametrize("speed", [20.0, 2e4, 2e7])
+def test_what_is_behind_a_block_is_closed_however_far_away(speed):
+    asked = wall_maneuver(obstacles=[box(0.4, 0.6, -0.2, 0.2, "left")])
+    below = hold((0, 0), (1, -speed), (0, 2 * speed))
+    assert keeping(asked, below).blocks < -0.09
+    assert keeping(asked, Opaque(below)).blocks < -0.09
+    above = hold((0, 0), (1, speed), (0, -2 * speed))
+    assert keeping(asked, above).passed(asked)
+
+
 def test_where_blocks_meet_is_closed():
     pair = wall_maneuver(obstacles=[box(0.4, 0.6, -2, 0.1), box(0.4, 0.6, 0.1, 2)])
     assert holds_points(pair, (0.5, 0.1), (0.5, -1), (0.7, 0.1)) == [True, True, False]
@@ -172,11 +192,11 @@ def test_where_blocks_meet_is_closed():
     assert keeping(pair, through).blocks == pytest.approx(-0.1)
     assert keeping(pair, through).clearance == 0
     apart = wall_maneuver(obstacles=[box(0.4, 0.6, -2, 0.05), box(0.4, 0.6, 0.15, 2)])
-    assert _closed(apart) == ()
+    assert _closed(apart, 1e3) == ()
     assert keeping(apart, through).blocks == pytest.approx(0.05)
     near = apart.model_copy(update={"margin": 0.06})
     assert keeping(near, through).blocks == pytest.approx(-0.1 - math.sqrt(0.06**2 - 0.05**2), abs=1e-4)
-    assert _closed(wall_maneuver(goal=pm.State(position=(0, 0)), obstacles=pair.blocks)) == ()
+    assert _closed(wall_maneuver(goal=pm.State(position=(0, 0)), obstacles=pair.blocks), 1e3) == ()
     # a ring leaves its inside open
     ring = [box(0, 1, 0, 0.1), box(0, 1, 0.9, 1), box(0, 0.1, 0.05, 0.95), box(0.9, 1, 0.05, 0.95)]
     assert holds_points(wall_maneuver(start=pm.State(position=(-1, 0)), obstacles=ring), (0.5, 0.5)) == [False]

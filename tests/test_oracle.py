@@ -155,6 +155,17 @@ def test_slopes_over_obstacle_times_are_differences(seed):
     np.testing.assert_allclose(slopes, (after + before) / 2, rtol=2e-3, atol=1e-4 * found.peak[0])
 
 
+@pytest.mark.parametrize("wall", [{"tip": (0.7, -50)}, {"tip": (0.7, -0.5)}, {"tip": (0.7, -0.5), "opening": 2.0}])
+@pytest.mark.parametrize(("times", "slope"), [((0.5, 0.6), 195.659), ((0.45, 0.6), 77.1125)])
+def test_a_wall_that_is_crossed_beyond_its_tip_has_slopes_all_the_same(wall, times, slope):
+    """It pushes along the way only: where its tip is does not matter."""
+    oracle = pm.PeakOracle(wall_maneuver(obstacles=[pm.Wall(tip=(0.3, 0.3)), pm.Wall(**wall)]))
+    found = oracle.peaks(obstacle_times=np.array(times))
+    assert found.sensitivities[0].obstacle_times[0] == pytest.approx(slope, rel=1e-4)
+    before, after = (oracle.peak(obstacle_times=[times[0] + h, times[1]]) for h in (-1e-6, 1e-6))
+    assert (after - before) / 2e-6 == pytest.approx(slope, rel=1e-4)
+
+
 def test_a_silent_leg_has_slopes_too():
     """All the force is used after the wall; before it nothing is known of the motion but where it must be."""
     asked = wall_maneuver(obstacles=[pm.Wall(tip=(0.5, 0.5))])

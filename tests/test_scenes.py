@@ -415,3 +415,19 @@ def test_a_wall_far_away_gives_the_others_no_room():
     )
     plan = pm.solve(maneuver, pm.Settings(method=pm.Exact(), time_limit=5))
     assert plan.status == "unknown" or plan.keeping().walls >= -1e-9
+
+
+@pytest.mark.parametrize("wide", [1e-3, 1e-5, 1e-7, 1e-9])
+def test_a_plate_thinner_than_the_way_between_two_samples_is_seen(wide):
+    plan = pm.solve(past(box(0.4123, 0.4123 + wide, -0.4, 0.3)), pm.Settings(time_limit=20))
+    assert plan.status == "solved"
+    assert plan.peak == pytest.approx(5.88, rel=2e-3)
+    assert plan.gap < 1e-3
+
+
+def test_a_block_with_a_side_counts_within_another_one_too():
+    """In front of the strip's middle, where the larger one hides its corners."""
+    for left in (0.6, 0.45):
+        plan = pm.solve(past(box(0.3, 0.7, -0.1, 0.5), box(left, left + 0.05, 0, 0.1, side="left")))
+        assert plan.status == "solved"
+        assert plan.lower_bound > 9.3

@@ -88,7 +88,6 @@ def test_corners_are_moved_to_the_nearest_line():
     ring = np.array([[-0.1, 1], [0.1, 2], [0.4, 3], [0.46, 4], [0.3, 5], [0.9, 6], [1.2, 7], [0.42, 8]])
     np.testing.assert_array_equal(snapped(ring, lines)[:, 0], [-0.1, 0, 0.3, 0.6, 0.3, 1, 1.2, 0.3])
     np.testing.assert_array_equal(snapped(ring, lines)[:, 1], ring[:, 1])
-    np.testing.assert_array_equal(snapped(ring, lines, 0.11)[:, 0], [-0.1, 0, 0.3, 0.46, 0.3, 1, 1.2, 0.42])
 
 
 def test_trapezoids_between_steep_edges_and_cut_ones():
