@@ -157,9 +157,10 @@ def test_what_lies_behind_a_block_with_a_side_is_closed_between_start_and_goal(a
 @both
 def test_a_start_and_a_goal_behind_a_block_are_beside_what_is_closed(wrap):
     """Above a block that is passed below: away from the way one may go, along it not."""
-    for place, away in (((0, 0), -1), ((1, 0), 1)):
+    ends = {"start": pm.State(position=(5, 3)), "goal": pm.State(position=(6, 3))}
+    for place, away in (((5, 3), -1), ((6, 3), 1)):
         x = place[0]
-        asked = wall_maneuver(obstacles=[box(x - 0.1, x + 0.1, -0.3, -0.05).model_copy(update={"side": "right"})])
+        asked = wall_maneuver(obstacles=[box(x - 0.1, x + 0.1, 2.7, 2.95, "right")], **ends)
         assert keeping(asked, wrap(hold(place, (away, 0), (0, 0)))).blocks == pytest.approx(1e-7, rel=0.1)
         assert keeping(asked, wrap(hold(place, (-away, 0), (0, 0)))).blocks < -1e-3
 
