@@ -111,12 +111,12 @@ def least_clearance(motion: Trajectory, polygons: Sequence[Array]) -> float:
 def _far(maneuver: Maneuver, motion: Trajectory) -> float:
     """How far away [m] a block closes what is behind it: further than the motion goes, and than anything is."""
     times = pieces(motion)
-    gone = float(np.max(np.abs(motion.position(times) - np.array(maneuver.start.position))))
-    gone += motion.peak() * float(np.max(np.diff(times))) ** 2
-    size = extent(maneuver)
-    return (
-        size * max(FAR, 2.0 ** math.ceil(math.log2(max(4 * gone / size, 1.0)))) if math.isfinite(gone) else FAR * size
-    )
+    from_start = motion.position(times) - np.array(maneuver.start.position)
+    gone = float(np.max(np.hypot(*from_start.T)) + motion.peak() * np.max(np.diff(times)) ** 2)
+    far = FAR * extent(maneuver)
+    while far < 2 * gone < math.inf:  # doubled, so that few are made anew
+        far *= 2
+    return far
 
 
 @lru_cache(maxsize=16)

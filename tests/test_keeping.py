@@ -8,7 +8,7 @@ import shapely
 
 import peakmin as pm
 from peakmin.clearance import block_clearance
-from peakmin.keeping import Keeping, _closed, extent, inward, keeping, least_clearance, wall_clearances
+from peakmin.keeping import Keeping, _closed, _far, extent, inward, keeping, least_clearance, wall_clearances
 from peakmin.trajectory import HoldTrajectory
 
 from .conftest import wall_maneuver
@@ -183,6 +183,9 @@ def test_what_is_behind_a_block_is_closed_however_far_away(speed):
     assert keeping(asked, Opaque(below)).blocks < -0.09
     above = hold((0, 0), (1, speed), (0, -2 * speed))
     assert keeping(asked, above).passed(asked)
+    assert 0.5 * speed <= _far(asked, below) < max(2e3, 4 * speed)
+    wide = wall_maneuver(goal=pm.State(position=(50, 0)), obstacles=asked.blocks)
+    assert _far(wide, hold((0, 0), (50, 0), (0, 0))) == 5e4
 
 
 def test_where_blocks_meet_is_closed():
