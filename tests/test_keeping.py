@@ -175,6 +175,15 @@ def test_blocks_that_end_near_start_or_goal_are_passed_on_their_side(wrap, block
     assert not kept.passed(asked)
 
 
+@both
+@pytest.mark.parametrize(("block", "deep"), [((2e-8, 3e-7), 1.4e-7), ((-1, 3e-7), 1e-7)])
+def test_only_who_starts_behind_a_block_is_left_out(wrap, block, deep):
+    """In the middle of what is closed, which begins with the block, or a little behind the start."""
+    for left, right in (block, (1 - block[1], 1 - block[0])):
+        asked = wall_maneuver(obstacles=[box(left, right, 0.1, 0.3, "left")])
+        assert keeping(asked, wrap(hold((0, 0), (1, 0), (0, 0)))).blocks == pytest.approx(-deep, rel=0.1)
+
+
 @pytest.mark.parametrize("speed", [20.0, 2e4, 2e7])
 def test_what_is_behind_a_block_is_closed_however_far_away(speed):
     asked = wall_maneuver(obstacles=[box(0.4, 0.6, -0.2, 0.2, "left")])

@@ -211,6 +211,12 @@ def test_a_side_counts_for_other_gaps_too():
     assert [gap.at(0.4)[1] for gap in cells.gaps[1]] == pytest.approx([-0.3])
 
 
+def test_corners_of_blocks_that_have_a_side_have_lines_within_others_too():
+    for side, lines in (("left", [0, 0.3, 0.6, 0.65, 0.7, 1]), ("either", [0, 0.3, 0.7, 1])):
+        cells = Cells(past(box(0.3, 0.7, -0.1, 0.5), box(0.6, 0.65, 0, 0.1, side=side)))
+        np.testing.assert_allclose(cells.lines, lines)
+
+
 def test_sides_count_beyond_a_pocket():
     """A gap within a block is on neither side of it."""
     for side, end in (("left", 0.5), ("right", -0.5)):
