@@ -214,7 +214,7 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
         with np.errstate(all="ignore"):
             print(words.facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
         for problem in found.problems:
-            print(f"  {problem}")
+            print(f"  {words.one_line(problem)}")
     raise typer.Exit(0 if found.passed else EXIT["unknown"])
 
 

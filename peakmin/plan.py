@@ -44,6 +44,11 @@ class Made:
         default_factory=lambda: {name: version(name) for name in ("peakmin", "cvxpy", "clarabel", "numpy")}
     )
 
+    def __post_init__(self) -> None:
+        numbers = (self.compilations, self.solves, self.nodes, self.seconds)
+        if not all(type(one) in (int, float, np.float64) for one in numbers):  # as a file may have them
+            raise ValueError("made is not of numbers")
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan(Planned):

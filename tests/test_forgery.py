@@ -209,3 +209,19 @@ def test_plans_of_coarse_circles_have_the_optimum_s_multipliers(velocity, settin
     plan, exact = pm.solve(asked, settings), pm.solve(asked, pm.Settings(method=pm.Exact()))
     assert pm.verify(plan.to_json()).passed
     np.testing.assert_allclose(plan.sensitivities.goal_velocity, exact.sensitivities.goal_velocity, rtol=1e-6)
+
+
+def test_how_a_plan_was_made_is_numbers_and_problems_are_printable(written, tmp_path, capsys):
+    from peakmin.cli import main
+
+    path = tmp_path / "plan.json"
+    data = json.loads(written)
+    for made, words in (({"nodes": [1]}, "made is not of numbers"), ({"seconds": "1"}, "made is not of numbers")):
+        path.write_text(json.dumps(data | {"made": data["made"] | made}))
+        with pytest.raises(SystemExit):
+            main(["verify", str(path)])
+        assert words in capsys.readouterr().err
+    path.write_text(json.dumps(data | {"\ud800": 1}))
+    with pytest.raises(SystemExit):
+        main(["verify", str(path)])
+    assert "\\ud800: must be left out" in capsys.readouterr().out
