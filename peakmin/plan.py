@@ -46,7 +46,7 @@ class Made:
 
     def __post_init__(self) -> None:
         numbers = (self.compilations, self.solves, self.nodes, self.seconds)
-        if not all(type(one) in (int, float, np.float64) for one in numbers):  # as a file may have them
+        if not all(isinstance(one, int | float | np.number) for one in numbers):  # as a file may have them
             raise ValueError("made is not of numbers")
 
 
