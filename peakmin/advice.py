@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .circle import Disc
-from .keeping import keeping
 from .obstacles import Block
+from .plan import Plan
 from .spec import SOLVERS, Direct, Exact, GlobalSearch, Maneuver, Settings
 
 if TYPE_CHECKING:
     from .arm.plan import ArmPlan
-    from .plan import Plan
 
 LARGE = 1e-3  # a gap of which is said why
 NEARLY = 0.9  # of a limit: what took so much of it was stopped by it
@@ -48,10 +47,9 @@ def _not_in_the_bound(plan: Plan | ArmPlan) -> str:
 
 def _other_numbers(plan: Plan | ArmPlan) -> list[str]:
     """Changes of what was asked that may help a path that does not keep it."""
-    asked, out = plan.maneuver, []
-    if not isinstance(asked, Maneuver) or plan.trajectory is None:
+    if not isinstance(plan, Plan) or plan.trajectory is None:
         return []
-    kept = keeping(asked, plan.trajectory)
+    asked, kept, out = plan.maneuver, plan.keeping(), []
     if kept.walls < 0 and len(asked.walls) > 1:
         out.append("the walls in another order: they are passed as they are listed")
     if asked.max_speed is not None and kept.speed > asked.max_speed:

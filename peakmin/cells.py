@@ -88,16 +88,17 @@ class Cells:
         largest = max(abs(x) for state in states for x in state.position)
         return GRAIN * self.length + ULPS * math.ulp(largest)
 
+    @property
+    def _one_sided(self) -> list[tuple[Block, list[Array]]]:
+        """The blocks that are passed on one side only, with their rings."""
+        every = zip(self.maneuver.blocks, self.rings, strict=True)
+        return [(block, rings) for block, rings in every if block.side != "either"]
+
     @cached_property
     def sided(self) -> list[tuple[Block, Array]]:
-        """The blocks that are passed on one side only, with their edges (E, 4)."""
-        every = zip(self.maneuver.blocks, self.rings, strict=True)
+        """Those with their edges (E, 4)."""
         lines = np.array(self.lines)
-        return [
-            (block, edges_of([snapped(ring, lines) for ring in rings]))
-            for block, rings in every
-            if block.side != "either"
-        ]
+        return [(block, edges_of([snapped(ring, lines) for ring in rings])) for block, rings in self._one_sided]
 
     @cached_property
     def walls(self) -> list[tuple[float, Wall]]:
@@ -121,12 +122,7 @@ class Cells:
     @cached_property
     def lines(self) -> list[float]:
         """The x of all strips' ends, 0 and D included."""
-        sided = [
-            ring
-            for b, rings in zip(self.maneuver.blocks, self.rings, strict=True)
-            if b.side != "either"
-            for ring in rings
-        ]
+        sided = [ring for _, rings in self._one_sided for ring in rings]
         corners = [x for ring in (*self.solid, *sided) for x in ring[:, 0].tolist()]
         return lines_through(corners, [x for x, _ in self.walls], self.length, self.grain)
 

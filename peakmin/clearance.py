@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrays import Array, Index
+from .outline import BATCH, Outline
 from .trajectory import HoldTrajectory, Trajectory
 
 TOLERANCE = 1e-9  # what a bound by chords may lose, relative to the path's extent plus peak duration^2
 GRAIN = 1e-14  # of the coordinates: their rounding errors, too small to be a side of a wall
 PIECES = 64  # chords to begin with
 HALVINGS = 60  # of an interval of floats: down to their rounding
-BATCH = 1 << 17  # pairs of point and edge held in memory at once
 
 
 @dataclass(frozen=True)
@@ -50,62 +50,6 @@ class _Arcs:
         """Points (m, 2) at one fraction for each arc."""
         x = x[:, None]
         return np.asarray(self.start + x * (self.step + x / 2 * self.bend))
-
-
-@dataclass(frozen=True)
-class _Outline:
-    """Segments {corner + s along, 0 <= s <= length}: corner [m] and unit vector along (n, 2), length [m] (n,)."""
-
-    corner: Array
-    along: Array
-    length: Array
-    closed: bool
-
-    @classmethod
-    def polygon(cls, vertices: Array) -> _Outline:
-        vertices = np.asarray(vertices, dtype=float)
-        corner = vertices[np.any(vertices != np.roll(vertices, -1, axis=0), axis=1)]
-        edge = np.roll(corner, -1, axis=0) - corner
-        length = np.hypot(*edge.T)
-        return cls(corner, edge / length[:, None], length, True)
-
-    @classmethod
-    def ray(cls, tip: Array, direction: Array) -> _Outline:
-        tip, direction = np.asarray(tip, dtype=float), np.asarray(direction, dtype=float)
-        return cls(tip[None], (direction / np.hypot(*direction))[None], np.array([np.inf]), False)
-
-    def coordinates(self, points: Array) -> tuple[Array, Array]:
-        """Distance [m] along each edge from its corner, and off its line to the left: (..., 2) -> (..., n)."""
-        dx, dy = points[..., :1] - self.corner[:, 0], points[..., 1:] - self.corner[:, 1]
-        ex, ey = self.along.T
-        return dx * ex + dy * ey, ex * dy - ey * dx
-
-    def distances(self, points: Array) -> Array:
-        """Distance [m] from each edge: (m, 2) -> (m, n)."""
-        s, off = self.coordinates(points)
-        return np.asarray(np.sqrt(off * off + np.square(s - np.clip(s, 0, self.length))))
-
-    def distance(self, j: Index, points: Array) -> Array:
-        """Distance [m] of each point (m, 2) from its own edge j (m,)."""
-        d, e = points - self.corner[j], self.along[j]
-        s, off = np.sum(d * e, axis=1), e[:, 0] * d[:, 1] - e[:, 1] * d[:, 0]
-        return np.asarray(np.hypot(off, s - np.clip(s, 0, self.length[j])))
-
-    def signed(self, points: Array) -> Array:
-        """Distance [m] from the outline, negative inside where it is closed: (m, 2) -> (m,)."""
-        rows = max(1, BATCH // len(self.corner))
-        parts = [self._signed(points[i : i + rows]) for i in range(0, len(points), rows)]
-        return np.concatenate([np.zeros(0), *parts])
-
-    def _signed(self, points: Array) -> Array:
-        distance: Array = np.min(self.distances(points), axis=1)
-        if not self.closed:
-            return distance
-        # inside, a horizontal ray to the right crosses the boundary an odd number of times
-        above = self.corner[:, 1] > points[:, 1:]
-        right = (self.coordinates(points)[1] > 0) == (self.along[:, 1] > 0)
-        crossings = np.count_nonzero((above != np.roll(above, -1, axis=1)) & right, axis=1)
-        return np.asarray(np.where(crossings % 2 == 1, -distance, distance))
 
 
 def _fractions(x: Array) -> Array:
@@ -149,7 +93,7 @@ def _nearest(arcs: _Arcs, corner: Array) -> tuple[Index, Array]:
     return k, (low + high) / 2
 
 
-def _clearances(arcs: _Arcs, outline: _Outline, ends: Array, limit: Array) -> Array:
+def _clearances(arcs: _Arcs, outline: Outline, ends: Array, limit: Array) -> Array:
     """Least signed distance [m] of each arc (m,); anything above its limit (m,) where it is above that.
 
     A path of length l between points of signed distances a and b, the ends (2, m), has none below (a + b - l)/2.
@@ -163,7 +107,7 @@ def _clearances(arcs: _Arcs, outline: _Outline, ends: Array, limit: Array) -> Ar
     return least
 
 
-def _least(arcs: _Arcs, outline: _Outline, limit: Array) -> Array:
+def _least(arcs: _Arcs, outline: Outline, limit: Array) -> Array:
     """Least signed distance [m] of the arcs strictly between their ends (m,), found where it is below limit."""
     bound = (outline.distances(arcs.start) + outline.distances(arcs.end) - arcs.length[:, None]) / 2
     k, j = np.nonzero(bound <= np.maximum(limit, 0)[:, None])
@@ -181,7 +125,7 @@ def _least(arcs: _Arcs, outline: _Outline, limit: Array) -> Array:
     return least
 
 
-def _depth(arcs: _Arcs, outline: _Outline, k: Index, crossings: Array) -> Array:
+def _depth(arcs: _Arcs, outline: Outline, k: Index, crossings: Array) -> Array:
     """Depth [m] in the block of the deepest point looked at on each arc (m,), -inf where none is inside.
 
     Arcs k meet the boundary at crossings (p,), perhaps among other places: between two neighbours they are
@@ -215,7 +159,7 @@ def _tolerance(motion: Trajectory, times: Array) -> float:
     return TOLERANCE * (extent + motion.peak() * float(times[-1] - times[0]) ** 2)
 
 
-def _distance(motion: Trajectory, outline: _Outline) -> float:
+def _distance(motion: Trajectory, outline: Outline) -> float:
     """Least signed distance [m] of the path; for chords a bound below it, by at most the tolerance."""
     if isinstance(motion, HoldTrajectory):
         arcs = _Arcs.of(motion)
@@ -243,7 +187,7 @@ def _distance(motion: Trajectory, outline: _Outline) -> float:
     return float(np.minimum(bound, best))
 
 
-def _sides(motion: Trajectory, ray: _Outline, room: float) -> Array:
+def _sides(motion: Trajectory, ray: Outline, room: float) -> Array:
     """Times [s] between which the path changes its side of the ray's line once or not at all.
 
     Of chords beyond room only: two changes that stay within half the tolerance of the line are none.
@@ -273,7 +217,7 @@ def block_clearance(motion: Trajectory, vertices: Array) -> float:
     Then it is minus the depth (distance to the boundary) of the deepest of the points looked at. Exact up to
     rounding for a HoldTrajectory; for others a bound below, by at most TOLERANCE of the path's size.
     """
-    return _distance(motion, _Outline.polygon(vertices)) + 0.0
+    return _distance(motion, Outline.polygon(vertices)) + 0.0
 
 
 def wall_clearance(motion: Trajectory, tip: Array, direction: Array, room: float) -> float:
@@ -282,7 +226,7 @@ def wall_clearance(motion: Trajectory, tip: Array, direction: Array, room: float
     Then it is minus the largest distance from the tip at which the path changes sides. Changes no further than
     room [m] beyond the tip count as touching it (0), as does what meets the ray and stays on its side.
     """
-    ray = _Outline.ray(tip, direction)
+    ray = Outline.ray(tip, direction)
     times = _sides(motion, ray, room)
     positions = motion.position(times)
     s, off = (w[:, 0] for w in ray.coordinates(positions))

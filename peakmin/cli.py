@@ -121,10 +121,12 @@ def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
     from .arm.simulate import simulate
 
     with named(plan):
-        data = load(read_file(plan), finite=True)
-        if data.get("kind") != "arm" and "digest" in data:
+        text = read_file(plan)
+        data = load(text, finite=True)
+        of_kind(data, "plan")
+        if data.get("kind") != "arm":
             raise SpecError("the document: was a plan of a centre of mass, must be one of an arm for `simulate`")
-        asked = ArmPlan.from_json(read_file(plan))
+        asked = ArmPlan.from_json(text)
     found = simulate(asked)
     print(json.dumps(terminal.numbers(found), indent=2) if as_json else terminal.felt(found))
     raise typer.Exit(0 if found.agrees else EXIT["unknown"])

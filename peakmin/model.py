@@ -148,10 +148,10 @@ def named(path: str | Path) -> Iterator[None]:
 
 def of_kind(data: Mapping[str, Any], wanted: str) -> None:
     """Refuse a document of another kind by its name. Raises `SpecError`."""
-    named = [kind for key, (kind, _) in KINDS.items() if key in data]
-    if named and wanted not in named:
-        verb = next(verb for kind, verb in KINDS.values() if kind == named[0])
-        raise SpecError(f"{WHOLE}: was a {named[0]} (see `peakmin {verb}`), must be a {wanted}")
+    told = dict(KINDS[key] for key in KINDS if key in data)
+    if told and wanted not in told:
+        kind, verb = next(iter(told.items()))
+        raise SpecError(f"{WHOLE}: was a {kind} (see `peakmin {verb}`), must be a {wanted}")
 
 
 def read_file(path: str | Path) -> bytes:
