@@ -51,7 +51,7 @@ def of(plan: Plan) -> dict[str, Any]:
         "velocity": motion.velocity(t).tolist() if motion else [],
         "acceleration": motion.acceleration(acceleration).tolist() if motion else [],
         "multipliers": plan.multipliers.tolist(),
-        "sensitivities": {name: np.asarray(value).tolist() for name, value in vars(plan.sensitivities).items()},
+        "sensitivities": {name: _known(value) for name, value in vars(plan.sensitivities).items()},
         "proof": _proof(plan.proof),
         "spec": json.loads(Spec(maneuver=plan.maneuver, settings=plan.settings).to_json()),
     }
@@ -63,6 +63,11 @@ def of(plan: Plan) -> dict[str, Any]:
     data["digest"] = digest(data)
     data["made"] = dict(vars(plan.made))
     return data
+
+
+def _known(value: Array | float) -> Any:
+    """Numbers as lists, those that are none as null."""
+    return np.where(np.isnan(value), None, value).tolist()  # type: ignore[call-overload]
 
 
 def _proof(proof: Proof | WaysProof) -> list[dict[str, Any]]:

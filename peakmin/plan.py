@@ -21,7 +21,7 @@ from .moments import PointMass
 from .obstacles import Wall
 from .planned import Planned, Status, table_text
 from .sensitivity import Sensitivities, optimal, sensitivities
-from .spec import Exact, Maneuver, Settings
+from .spec import Maneuver, Settings
 from .trajectory import Trajectory
 from .ways import WaysProof
 
@@ -174,8 +174,7 @@ def from_bracket(
     if motion is not None:
         keeps = keeping(maneuver, motion)
         kept, distance = keeps.passed(maneuver), keeps.clearance
-    if not isinstance(settings.method, Exact):
-        multipliers = optimal(mass, times, multipliers)
+    multipliers = optimal(mass, times, multipliers, peak / mass.unit)
     status: Status = "solved" if kept and peak <= (limit or math.inf) else "unknown"
     if impossible(maneuver) is not None or (limit is not None and bound > limit and proof.scope == "all"):
         status = "infeasible"

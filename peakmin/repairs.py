@@ -107,11 +107,12 @@ class Trials:
             low, high = (low, middle) if self._helps(change(middle)) else (middle, high)
         below = 0.0 if start is None or simple or start.blocks else high - first
         for _ in range(SHARPER):  # a quick look at a region or a speed asks for more than it takes
-            middle = high - below / 2
-            maneuver = change(middle) if below > ROUGH * high and not self.over else None
-            if maneuver is not None and self.solve(maneuver)[0] == "solved":
-                high = middle
+            if below <= ROUGH * high or self.over:
+                break
             below /= 2
+            maneuver = change(high - below)
+            if maneuver is not None and self.solve(maneuver)[0] == "solved":
+                high -= below
         return high
 
     def _helps(self, maneuver: Maneuver | None) -> bool:

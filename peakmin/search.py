@@ -16,7 +16,6 @@ from .certify import Proof
 from .circle import Disc, Polygon
 from .deadline import after, over, part
 from .errors import SpecError
-from .exact import extremal
 from .frame import Frame
 from .grid import Uniform
 from .keeping import keeping
@@ -139,9 +138,7 @@ def _keeping(plan: Plan, until: float, cells: Cells | None = None, way: Way = ()
         solves=plan.made.solves + count.solves,
         seconds=plan.made.seconds + time.perf_counter() - began,
     )
-    mass = PointMass.of(plan.crossing)
-    kept = replace(bracket, multipliers=extremal(mass, times).multipliers)
-    return from_bracket(plan.maneuver, plan.settings, times, kept, motion, plan.proof, made, plan.walls)
+    return from_bracket(plan.maneuver, plan.settings, times, bracket, motion, plan.proof, made, plan.walls)
 
 
 def _refine(maneuver: Maneuver, settings: Settings, progress: Progress | None) -> Plan:

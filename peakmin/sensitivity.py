@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from .arrays import Array
 from .certify import lower_bound
-from .exact import extremal, far_apart
+from .exact import SETTLED, extremal, far_apart
 from .moments import PointMass, costate, impulse
 from .spec import Maneuver
 
@@ -18,7 +19,8 @@ class Sensitivities:
     """Derivatives of the least peak M [m/s^2], everything else and the other obstacle times held fixed.
 
     tips (q, 2) [1/s^2], obstacle_times (q,) [m/s^3], duration [m/s^3], start_position, goal_position (2,) [1/s^2],
-    start_velocity, goal_velocity (2,) [1/s].
+    start_velocity, goal_velocity (2,) [1/s]. Obstacle times' are NaN where the optimal motion at these times is not
+    found, or they are nearer to each other or to the ends than half of 1e-9 of the duration (null in a plan's file).
     """
 
     tips: Array
@@ -44,11 +46,13 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
         trial, area = 0 * trial, 1.0
     peak = float(np.sum(trial * mass.targets(times))) / area
     rates = trial / area
+    pushing = np.any(rates[2:] != 0, axis=1)
+    speed = np.sum(rates[2:] * _velocities(maneuver, times, multipliers), axis=1) if np.any(pushing) else 0.0
     _, p = costate(trial, times)
     position, velocity, slope = 1 / mass.time**2, 1 / mass.time, mass.unit / mass.time
     return Sensitivities(
         tips=rates[2:] * position,
-        obstacle_times=-np.sum(rates[2:] * _velocities(maneuver, times, multipliers), axis=1) * slope + 0.0,
+        obstacle_times=np.where(pushing, -speed * slope, 0.0),
         duration=-float(rates[0] @ mass.vf + peak * np.hypot(*rates[1])) * slope,
         start_position=-(rates[0] + np.sum(rates[2:], axis=0)) * position,
         start_velocity=-p[0] / area * velocity,
@@ -57,22 +61,27 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
     )
 
 
-def optimal(mass: PointMass, times: Array, given: Array) -> Array:
+def optimal(mass: PointMass, times: Array, given: Array, peak: float) -> Array:
     """The best multipliers (2+q, 2) at scaled times (q,): those of the optimum, or given ones that prove more.
 
     A program's own are those of its circle and grid: with few edges they may look along one of them only.
+
+    Args:
+        peak: attained at these times [scaled]: nothing proves more.
     """
-    if not far_apart(times):
+    own = lower_bound(mass, times, given)
+    if own >= (1 - SETTLED) * peak or not far_apart(times):
         return given
     found = max((extremal(mass, times), extremal(mass, times, given)), key=lambda one: one.lower)
-    return found.multipliers if found.lower > lower_bound(mass, times, given) else given
+    return found.multipliers if found.lower > own else given
 
 
 def _velocities(maneuver: Maneuver, times: Array, multipliers: Array) -> Array:
-    """r'(T_i) [scaled] of the optimal motion, (q, 2); zero where no wall pushes or times nearly coincide.
+    """r'(T_i) [scaled] of the optimal motion, (q, 2); NaN where that is not found.
 
     Not from p alone, which may be zero before a wall, after it, or both; a clear wall may be crossed beyond its tip.
     """
-    if not np.any(multipliers[2:]) or not far_apart(times):
-        return np.zeros_like(multipliers[2:])
-    return extremal(PointMass.of(maneuver), times, multipliers).motion.velocity(times)
+    found = extremal(PointMass.of(maneuver), times, multipliers) if far_apart(times) else None
+    if found is None or math.isinf(found.upper):
+        return np.full_like(multipliers[2:], math.nan)
+    return found.motion.velocity(times)

@@ -1,11 +1,15 @@
 """The oracle answers as `solve` does, compiles once for each thread, and takes queries in every shape."""
 
+import dataclasses
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 import peakmin as pm
+from peakmin.document import of
+from peakmin.exact import extremal
+from peakmin.moments import PointMass
 
 from .conftest import wall_maneuver
 
@@ -164,6 +168,24 @@ def test_a_wall_that_is_crossed_beyond_its_tip_has_slopes_all_the_same(wall, tim
     assert found.sensitivities[0].obstacle_times[0] == pytest.approx(slope, rel=1e-4)
     before, after = (oracle.peak(obstacle_times=[times[0] + h, times[1]]) for h in (-1e-6, 1e-6))
     assert (after - before) / 2e-6 == pytest.approx(slope, rel=1e-4)
+
+
+@pytest.mark.parametrize("times", [(0.0, 0.5), (0.5, 0.5), (0.5, 1 - 1e-11)])
+def test_slopes_that_are_not_known_are_no_numbers_and_null_in_files(times):
+    plan = pm.solve(wall_maneuver(obstacles=[pm.Wall(tip=(0.3, 0.3)), pm.Wall(tip=(0.7, 0.5))]))
+    there = dataclasses.replace(plan, obstacle_times=np.array(times))
+    assert np.all(np.isnan(there.sensitivities.obstacle_times))
+    assert np.all(np.isfinite(there.sensitivities.tips))
+    assert of(there)["sensitivities"]["obstacle_times"] == [None, None]
+    idle = dataclasses.replace(there, multipliers=plan.multipliers * [[1], [1], [1], [0]])
+    assert idle.sensitivities.obstacle_times[1] == 0  # a wall that does not push has no say
+
+
+def test_slopes_are_not_taken_from_a_motion_that_does_not_land(monkeypatch):
+    plan = pm.solve(wall_maneuver())
+    lost = dataclasses.replace(extremal(PointMass.of(plan.crossing), plan.obstacle_times), upper=np.inf)
+    monkeypatch.setattr("peakmin.sensitivity.extremal", lambda *_: lost)
+    assert np.all(np.isnan(plan.sensitivities.obstacle_times))
 
 
 def test_a_silent_leg_has_slopes_too():
