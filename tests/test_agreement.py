@@ -17,6 +17,7 @@ from peakmin.moments import PointMass
 
 from .random_maneuvers import maneuver
 
+pytestmark = pytest.mark.uncounted
 EVERY, OFTEN = (1, 1) if os.environ.get("PEAKMIN_SEEDS") == "all" else (50, 20)
 FIRST = 0 if EVERY == 1 else 3  # of each chunk
 CHUNKS = 10  # of 50 seeds each

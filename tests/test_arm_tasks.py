@@ -14,6 +14,7 @@ from peakmin.arm.kinematics import unit
 
 from .random_arms import TASKS, task
 
+pytestmark = pytest.mark.uncounted
 EVERY = 1 if os.environ.get("PEAKMIN_SEEDS") == "all" else 24
 
 

@@ -88,6 +88,7 @@ def test_an_elbow_that_must_turn_over_parts_its_own_sheet_only():
     assert len(Way(workspace, found.way((up, down)), 1.0).turns) % 2 == 1
 
 
+@pytest.mark.uncounted
 def test_a_motion_is_found_where_gaps_lead_to_none():
     """Bars that leave a way with the elbow the other way around only."""
     task = pm.ArmManeuver(

@@ -62,6 +62,7 @@ def test_box_bounds_hold_everywhere_in_the_box(seed):
             assert bound <= lower_bound(mass, low + rng.random(mass.walls) * (high - low), multipliers) * (1 + 1e-12)
 
 
+@pytest.mark.uncounted
 @pytest.mark.parametrize("seed", range(12))
 def test_saddle_bounds_hold_everywhere_in_the_box(seed):
     """Against the optimum itself at times all over the box, with good multipliers and with any."""
@@ -105,6 +106,7 @@ def test_several_minima_do_not_mislead():
     assert found.lower <= values.min()
 
 
+@pytest.mark.uncounted
 @pytest.mark.parametrize("walls", [2, 3])
 def test_more_walls_state_what_is_left_of_the_gap(walls):
     for seed in range(3):

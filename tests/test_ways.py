@@ -561,6 +561,7 @@ def test_what_kind_an_obstacle_is():
 DENTED = [(0, 5), (-0.4, 0.16), (0, 0), (0, 0.0098), (2, 0), (6, 1), (6, -12), (1.5, -12), (0.18, -1.995), (-1, -12), (-1, -13), (8, -13), (8, 5)]  # fmt: skip
 
 
+@pytest.mark.uncounted
 @pytest.mark.parametrize("first", range(len(DENTED)))
 @pytest.mark.parametrize("turned", [1, -1])
 def test_margins_of_dented_blocks_are_never_too_large(first, turned):
