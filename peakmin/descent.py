@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import LinearConstraint, minimize
+from scipy.optimize import LinearConstraint, brentq, minimize
 
 from .arrays import Array
 from .deadline import OverError, over
@@ -18,7 +18,6 @@ from .moments import PointMass, impulse
 FINE = 1e-15  # relative: how precisely a descent is ended
 COARSE = tuple((k + 0.5) / 7 for k in range(7))  # times tried where one box does not prove the rest
 DESCENTS = 5
-HALVINGS = 52  # of the time at which a line is crossed
 NEAR, MOST_TRIALS = 0.02, 300  # of the duration; how far and how often is looked around the best times
 
 
@@ -70,23 +69,23 @@ def unhindered(mass: PointMass) -> tuple[Extremal, Array] | None:
     """
     free = extremal(mass.only(np.zeros(mass.walls, dtype=bool)), np.zeros(0))
     motion = free.motion
-    low, high = np.zeros(mass.walls), np.ones(mass.walls)
     across = np.stack([-mass.free[:, 1], mass.free[:, 0]], axis=1)
     ends = motion.position(np.array([0.0, 1.0]))
     side = np.sum((ends[0] - mass.tips) * across, axis=1)
     if np.any(side * np.sum((ends[1] - mass.tips) * across, axis=1) >= 0):
         return None
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        before = np.sum((motion.position(middle) - mass.tips) * across, axis=1) * side > 0
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
-    beyond = np.sum((motion.position(low) - mass.tips) * mass.free, axis=1)
+
+    def off(t: float, i: int) -> float:
+        return float((motion.position(np.array([t]))[0] - mass.tips[i]) @ across[i])
+
+    times = np.array([brentq(off, 0.0, 1.0, (i,), xtol=np.finfo(float).eps) for i in range(mass.walls)])
+    beyond = np.sum((motion.position(times) - mass.tips) * mass.free, axis=1)
     kept = (beyond >= -APART) & (beyond <= np.where(mass.clear, mass.width, 0.0) + APART)
-    if np.any(np.diff(np.concatenate([[0.0], low, [1.0]])) <= APART) or not np.all(kept):
+    if np.any(np.diff(np.concatenate([[0.0], times, [1.0]])) <= APART) or not np.all(kept):
         return None
     idle = np.vstack([free.multipliers, np.zeros((mass.walls, 2))])
-    found = extremal(mass, low, idle)
-    return replace(found, lower=free.lower, multipliers=idle), low
+    found = extremal(mass, times, idle)
+    return replace(found, lower=free.lower, multipliers=idle), times
 
 
 def elsewhere(mass: PointMass, best: Extremal, at: Array, until: float) -> tuple[Extremal, Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -31,6 +31,11 @@ if TYPE_CHECKING:
     from .explain import Explanation
 
 
+@cache
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in ("peakmin", "cvxpy", "clarabel", "numpy")}
+
+
 @dataclass(frozen=True)
 class Made:
     """How a plan was made: programs compiled and solved, boxes of obstacle times looked at, seconds, versions."""
@@ -40,9 +45,7 @@ class Made:
     solves: int
     nodes: int
     seconds: float
-    versions: dict[str, str] = field(
-        default_factory=lambda: {name: version(name) for name in ("peakmin", "cvxpy", "clarabel", "numpy")}
-    )
+    versions: dict[str, str] = field(default_factory=lambda: dict(_versions()))
 
     def __post_init__(self) -> None:
         numbers = (self.compilations, self.solves, self.nodes, self.seconds)
