@@ -170,10 +170,11 @@ def test_a_leaf_whose_costate_nearly_vanishes_proves_no_more():
 
 
 @pytest.mark.parametrize("circle", [pm.Disc(), pm.Polygon(segments=1)], ids=lambda circle: circle.kind)
+@pytest.mark.parametrize("duration", [1.0, 100.0])
 @pytest.mark.parametrize(("short", "passes"), [(2e-7, False), (0.5e-7, True)])
-def test_multipliers_are_the_best_at_the_plan_s_times(circle, short, passes):
+def test_multipliers_are_the_best_at_the_plan_s_times(circle, duration, short, passes):
     """The sensitivities are made from them: others, that prove less, are found out."""
-    plan = pm.solve(wall_maneuver(), pm.Settings(circle=circle))
+    plan = pm.solve(wall_maneuver(duration=duration), pm.Settings(circle=circle))
     assert pm.verify(json.dumps(of(plan))).passed
     forged = dataclasses.replace(plan, multipliers=np.array([[3.0, 4.0], [0, 0], [0, 0]]))
     (problem,) = pm.verify(json.dumps(of(forged))).problems
