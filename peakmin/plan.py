@@ -164,12 +164,14 @@ def from_bracket(
     walls = maneuver.walls if walls is None else walls
     crossing = maneuver.past(walls)
     mass = PointMass.of(crossing)
+    seconds = times * mass.time
+    times = seconds / mass.time  # as who reads the plan has them
     multipliers = np.zeros((2 + mass.walls, 2)) if bracket.multipliers is None else bracket.multipliers
     if proof is None:
         place = tuple(times.tolist())
         proof = Proof("these" if mass.walls else "all", (Leaf(place, place, multipliers, place),))
     bound = proved(maneuver, walls, proof, times)
-    seconds, peak, limit, kept, distance = times * mass.time, math.inf, maneuver.max_peak, False, math.inf
+    peak, limit, kept, distance = math.inf, maneuver.max_peak, False, math.inf
     if motion is not None:
         peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
         if not check(crossing, motion, seconds, peak).passed:

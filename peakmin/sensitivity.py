@@ -13,6 +13,8 @@ from .exact import SETTLED, extremal, far_apart
 from .moments import PointMass, costate, impulse
 from .spec import Maneuver
 
+AGAIN = 10
+
 
 @dataclass(frozen=True)
 class Sensitivities:
@@ -72,8 +74,13 @@ def optimal(mass: PointMass, times: Array, given: Array, peak: float) -> Array:
     own = lower_bound(mass, times, given)
     if own >= (1 - SETTLED) * peak or not far_apart(times):
         return given
-    found = max((extremal(mass, times), extremal(mass, times, given)), key=lambda one: one.lower)
-    return found.multipliers if found.lower > own else given
+    best, found = own, max((extremal(mass, times), extremal(mass, times, given)), key=lambda one: one.lower)
+    for _ in range(AGAIN):  # where it does not settle at once, it goes on from there
+        if found.lower <= (1 + SETTLED) * best:
+            break
+        best, given = found.lower, found.multipliers
+        found = extremal(mass, times, given)
+    return given
 
 
 def _velocities(maneuver: Maneuver, times: Array, multipliers: Array) -> Array:

@@ -11,12 +11,12 @@ import numpy as np
 from .certify import Proof, lower_bound
 from .check import CHECK
 from .document import digest, of, read
+from .exact import extremal, far_apart
 from .impossible import impossible
 from .keeping import extent
 from .model import load, short
 from .moments import PointMass
 from .plan import Plan, proved
-from .sensitivity import optimal
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -81,10 +81,10 @@ def verify(text: str | bytes) -> Verification:
 def _multipliers(plan: Plan, mass: PointMass, peak: float) -> list[str]:
     """Whether a solved plan's multipliers are the best at its times [peak scaled]: its slopes are made from them."""
     times = plan.obstacle_times / mass.time
-    if plan.status != "solved":
-        return []
     own = lower_bound(mass, times, plan.multipliers)
-    best = lower_bound(mass, times, optimal(mass, times, plan.multipliers, peak))
+    if plan.status != "solved" or own >= (1 - NEARLY) * peak or not far_apart(times):
+        return []
+    best = extremal(mass, times).lower
     if own >= (1 - NEARLY) * best:
         return []
     return [f"multipliers: prove {own * mass.unit!r} m/s^2 at these times, others {best * mass.unit!r}"]

@@ -238,7 +238,10 @@ def mutated(draw, trees, most=3):
                 inside[draw(st.sampled_from(KEYS))] = deepcopy(draw(hostile_values()))
             case "repeat" if isinstance(inside, list):
                 times = draw(st.sampled_from([2, 3, 50, 5000]))
-                inside[:] = inside * min(times, 1 + LONGEST // (1 + len(text_of(inside))))
+                times = min(times, 1 + LONGEST // (1 + len(text_of(inside))))
+                inside[:] = [
+                    deepcopy(one) for _ in range(times) for one in inside
+                ]  # each its own: swaps make no circle
             case "swap":
                 other = draw(st.sampled_from(every))
                 if other[: len(path)] != path and path[: len(other)] != other:

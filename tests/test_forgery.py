@@ -11,6 +11,7 @@ from peakmin.certify import lower_bound
 from peakmin.check import check
 from peakmin.document import digest, of, read
 from peakmin.moments import PointMass
+from peakmin.sensitivity import optimal
 from peakmin.trajectory import HoldTrajectory
 
 from .conftest import wall_maneuver
@@ -195,6 +196,26 @@ def test_multipliers_are_the_best_at_the_plan_s_times(circle, duration, short, p
         low, high = (share, high) if proved(share) > least else (low, share)
     near = dataclasses.replace(plan, multipliers=best + low * away)
     assert pm.verify(json.dumps(of(near))).passed == passes
+
+
+@pytest.mark.parametrize("times", [(0.077, 0.386, 0.433), (0.166, 0.586, 0.688), (0.059, 0.61, 0.723)])
+def test_multipliers_that_do_not_settle_at_once_are_no_forgeries(times):
+    """Newton's method goes on from its own result there; what is written must not fall short of it."""
+    walls = [
+        pm.Wall(tip=(-1.1, -1.42), direction=(-0.5, 1.2)),
+        pm.Wall(tip=(-0.3, 0.78)),
+        pm.Wall(tip=(0.0, -1.79), direction=(1.82, 1.62), opening=0.37),
+    ]
+    ends = {"start": pm.State(position=(-0.45, 1.93)), "goal": pm.State(position=(0, 0), velocity=(0, -0.5))}
+    plan = pm.solve(
+        wall_maneuver(**ends, duration=1e6, obstacles=walls), pm.Settings(node_limit=1, search=pm.GlobalSearch(gap=0.9))
+    )
+    mass, times = PointMass.of(plan.crossing), np.array(times)
+    best = optimal(mass, times, np.zeros((5, 2)), np.inf)
+    again = lower_bound(mass, times, optimal(mass, times, best, np.inf))
+    assert lower_bound(mass, times, best) >= (1 - 1e-8) * again
+    there = dataclasses.replace(plan, obstacle_times=times * mass.time, multipliers=best)
+    assert not [one for one in pm.verify(json.dumps(of(there))).problems if one.startswith("multipliers")]
 
 
 @pytest.mark.parametrize(
