@@ -71,20 +71,19 @@ def verify(text: str | bytes) -> Verification:
         and any(leaf.low != leaf.high for leaf in plan.proof.leaves)
     ):
         found.append("scope: the proof has boxes, but claims these times only")
-    found += _multipliers(plan, mass, peak / mass.unit)
+    found += _multipliers(plan, mass)
     own = PointMass.of(plan.maneuver.past(()))  # not of walls that the file lists
     units = {"position": own.length, "velocity": own.length / own.time, "acceleration": own.unit}
     found += unlike(data, of(plan), units)
     return Verification(plan, peak, bound, tuple(found))
 
 
-def _multipliers(plan: Plan, mass: PointMass, peak: float) -> list[str]:
-    """Whether a solved plan's multipliers are the best at its times [peak scaled]: its slopes are made from them."""
+def _multipliers(plan: Plan, mass: PointMass) -> list[str]:
+    """Whether a solved plan's multipliers are the best at its times: its sensitivities are made from them."""
     times = plan.obstacle_times / mass.time
-    own = lower_bound(mass, times, plan.multipliers)
-    if plan.status != "solved" or own >= (1 - NEARLY) * peak or not far_apart(times):
+    if plan.status != "solved" or not far_apart(times):
         return []
-    best = extremal(mass, times).lower
+    own, best = lower_bound(mass, times, plan.multipliers), extremal(mass, times).lower
     if own >= (1 - NEARLY) * best:
         return []
     return [f"multipliers: prove {own * mass.unit!r} m/s^2 at these times, others {best * mass.unit!r}"]
