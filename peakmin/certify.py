@@ -50,8 +50,7 @@ def box_bound(mass: PointMass, low: Array, high: Array, multipliers: Array) -> f
 def _ratios(mass: PointMass, times: Array, latest: Array, width: Array, multipliers: Array) -> Array:
     """<L, b> / (I + sum |l_i| w_i^2 / 8) at times (..., q), less what rounding may have done; zero where not above."""
     mass = mass.facing_for(multipliers)
-    largest = np.max(np.abs(multipliers), axis=(-2, -1), keepdims=True)
-    trial = mass.admissible(multipliers / np.where(largest == 0, 1.0, largest))
+    trial = mass.admissible(mass.to_size(multipliers))
     size = np.abs(trial)
     b = mass.targets(times)
     error = np.sum(size * (ROUNDING * np.abs(b) + mass.target_errors(latest)), axis=(-2, -1))

@@ -80,7 +80,7 @@ def extremal(mass: PointMass, times: Array, start: Array | None = None, depth: i
     n = len(nodal.kinks)
     if mass.floor(times) == 0:
         return Extremal(0.0, 0.0, np.zeros((n, 2)), coasting(nodal))
-    p = least_energy(nodal) if start is None else costate(start, times)[1]
+    p = least_energy(nodal) if start is None else costate(mass.to_size(start), times)[1]
     best = _from(nodal, p, depth)
     if start is None and best.gap > SETTLED:
         # one equation may decide alone, with p silent wherever it does not look

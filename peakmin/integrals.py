@@ -25,6 +25,7 @@ from .arrays import Array, Mask
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 GAUSS_NODES, GAUSS_WEIGHTS = (1 + _NODES) / 2, _WEIGHTS / 2  # on [0, 1]
 STRAIGHT = 0.1  # |d| / |p| up to which the Gauss rule serves
+NO_STEP = 1e-100  # |d| up to which its cube is none
 NO_OFFSET = 1e-150  # |e| below which the line runs through zero for all purposes
 
 
@@ -107,7 +108,7 @@ def derivatives(first: Sequence[float], last: Sequence[float]) -> list[float]:
     (x0, y0), (x1, y1) = first, last
     dx, dy = x1 - x0, y1 - y0
     d, r0, r1 = math.hypot(dx, dy), math.hypot(x0, y0), math.hypot(x1, y1)
-    if d <= STRAIGHT * min(r0, r1) or d == 0:
+    if d <= max(STRAIGHT * min(r0, r1), NO_STEP):
         return [float(x) for x in _smooth(np.asarray(first), np.asarray(last))]
     cx, cy = dx / d, dy / d
     e = y0 * cx - x0 * cy if r0 < r1 else y1 * cx - x1 * cy  # n = (-cy, cx)

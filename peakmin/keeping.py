@@ -112,7 +112,7 @@ def _far(maneuver: Maneuver, motion: Trajectory) -> float:
     """How far away [m] a block closes what is behind it: further than the motion goes, and than anything is."""
     times = pieces(motion)
     from_start = motion.position(times) - np.array(maneuver.start.position)
-    gone = float(np.max(np.hypot(*from_start.T)) + motion.peak() * np.max(np.diff(times)) ** 2)
+    gone = float(np.max(np.hypot(*from_start.T)) + motion.peak() * np.max(np.diff(times), initial=0.0) ** 2)
     far = FAR * extent(maneuver)
     while far < 2 * gone < math.inf:  # doubled, so that few are made anew
         far *= 2

@@ -151,6 +151,12 @@ class PointMass:
         out[..., 2:, :] += raised[..., None] * self.free
         return out
 
+    @staticmethod
+    def to_size(multipliers: Array) -> Array:
+        """The multipliers (..., 2+q, 2) over their largest entry: what they prove does not depend on their size."""
+        largest = np.max(np.abs(multipliers), axis=(-2, -1), keepdims=True)
+        return np.asarray(multipliers / np.where(largest == 0, 1.0, largest))
+
     def reached(self, times: Array, moments: Array) -> Array:
         """The targets closest to the given moments, s_i >= 0 chosen for clear walls; shape (2+q, 2)."""
         b = self.targets(times)

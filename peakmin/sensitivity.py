@@ -42,7 +42,7 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
     """
     mass = PointMass.of(maneuver).facing_for(multipliers)
     times = obstacle_times / mass.time
-    trial = mass.admissible(multipliers)
+    trial = mass.admissible(mass.to_size(multipliers))
     area = float(impulse(trial, times))
     if area == 0:
         trial, area = 0 * trial, 1.0

@@ -3,11 +3,15 @@
 import json
 import math
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import peakmin as pm
+from peakmin import deadline
+from peakmin.document import read
+from peakmin.integrals import derivatives
 
 from .conftest import least, wall_maneuver
 
@@ -253,6 +257,52 @@ def test_times_that_are_none_are_found_out_without_a_warning(small_plan, time):
     found = pm.verify(json.dumps(small_plan | {"times": times}))
     assert not found.passed
     assert all(problem.isprintable() for problem in found.problems)
+
+
+def test_a_motion_that_takes_no_time_is_found_out(small_plan):
+    found = pm.verify(json.dumps(small_plan | {"times": [0.0] * len(small_plan["times"])}))
+    assert any(problem.startswith("goal: missed") for problem in found.problems)
+
+
+@pytest.mark.parametrize("factor", [1e-120, 1e-300, 1e80])
+def test_multipliers_of_any_size_prove_the_same_and_have_the_same_slopes(small_plan, factor):
+    """The third powers of small ones are none."""
+    plan = read(json.dumps(small_plan))
+    other = read(json.dumps(small_plan | {"multipliers": (factor * plan.multipliers).tolist()}))
+    for name, value in vars(plan.sensitivities).items():
+        np.testing.assert_allclose(vars(other.sensitivities)[name], value, rtol=1e-9, atol=1e-9)
+    there = json.loads(json.dumps(small_plan | {"multipliers": other.multipliers.tolist()}))
+    assert not [one for one in pm.verify(json.dumps(there)).problems if one.startswith("multipliers")]
+
+
+def test_multipliers_of_many_sizes_are_found_out(small_plan):
+    (wall, away) = (1e-46, 1e62), (1e60, 0.0)
+    data = json.loads(json.dumps(small_plan | {"multipliers": [*small_plan["multipliers"][:2], wall]}))
+    data["spec"]["maneuver"]["goal"]["position"] = away
+    assert not pm.verify(json.dumps(data)).passed
+
+
+def test_pieces_of_any_size_have_derivatives():
+    first, last = np.array([1e-120, -2e-120]), np.array([3e-120, 1e-120])
+    small = derivatives(first.tolist(), last.tolist())
+    large = derivatives((first * 1e120).tolist(), (last * 1e120).tolist())
+    assert small[0] == pytest.approx(large[0] * 1e-120, rel=0.1)  # by the Gauss rule
+    assert np.all(np.isfinite(small))
+
+
+def test_a_budget_keeps_its_time_limit(monkeypatch):
+    """What is true is searched with it, too."""
+    monkeypatch.setattr(deadline, "time", SimpleNamespace(perf_counter=time.process_time))
+    asked = wall_maneuver(
+        start=pm.State(position=(-0.02, 0), velocity=(-1.06, 1.07)),
+        goal=pm.State(position=(0, 1.13)),
+        duration=1e-6,
+        obstacles=[pm.Wall(tip=(-1.3, 0)), pm.Wall(tip=(0, 0.1), opening=0.28), pm.Wall(tip=(1, 0.61), opening=0.5)],
+    )
+    began = time.process_time()
+    found = pm.error_budget(asked, pm.Settings(grid=pm.Aligned(steps=15), time_limit=0.5))
+    assert time.process_time() - began < 10
+    assert 0 < found.width <= found.true
 
 
 def test_what_differs_is_shown_without_its_control_characters(small_plan):
