@@ -51,7 +51,7 @@ def fresh_states(tip):
 @pytest.mark.parametrize(("name", "settings"), [("exact", None), ("20-gon on 200 holds", HELD)])
 def test_queries(benchmark, name, settings):
     oracle = pm.PeakOracle(TRUE, settings)
-    found = benchmark.pedantic(lambda: oracle.peaks(tips=TIPS), rounds=2, warmup_rounds=1)
+    found = benchmark.pedantic(lambda: oracle.peaks(tips=TIPS), rounds=3, warmup_rounds=1)
     assert np.all(found.solved)
     benchmark.extra_info.update(group="oracle", name=f"50 queries, {name}", value=float(found.peak.max()))
 
@@ -63,7 +63,7 @@ def test_solves(benchmark, name, settings):
     def each():
         return [pm.solve(TRUE.model_copy(update={"obstacles": wall}), settings) for wall in walls]
 
-    found = benchmark.pedantic(each, rounds=2, warmup_rounds=1)
+    found = benchmark.pedantic(each, rounds=3, warmup_rounds=1)
     benchmark.extra_info.update(group="oracle", name=f"50 solves, {name}", value=max(plan.peak for plan in found))
 
 
@@ -80,6 +80,15 @@ def compiled_anew(tip):
 def test_fresh_programs(benchmark, name, ask):
     found = benchmark.pedantic(lambda: [ask(tip) for (tip,) in TIPS], rounds=2, warmup_rounds=1)
     benchmark.extra_info.update(group="at given times", name=f"50 cvxpy problems {name}", value=max(found))
+
+
+@pytest.mark.parametrize(("name", "at"), [("one by one", AT), ("one by one, far from the best times", 0.1)])
+def test_single_queries_at_times(benchmark, name, at):
+    oracle = pm.PeakOracle(TRUE)
+    found = benchmark.pedantic(
+        lambda: [oracle.peak(walls=tips, obstacle_times=[at]) for tips in TIPS], rounds=3, warmup_rounds=1
+    )
+    benchmark.extra_info.update(group="at given times", name=f"50 queries {name}", value=max(found))
 
 
 def test_queries_at_times(benchmark):

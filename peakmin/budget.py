@@ -94,8 +94,12 @@ def error_budget(
     solver = "CLARABEL" if settings.solver not in ("CLARABEL", "SCS") else settings.solver
     disc = direct if exact or isinstance(settings.circle, Disc) else peak(method=Direct(), circle=Disc(), solver=solver)
     there = direct if exact else peak(method=Exact(), circle=Disc(), solver=solver)
-    limits = {"node_limit": settings.node_limit, "time_limit": settings.time_limit}
-    certified = Settings(method=Exact(), search=GlobalSearch(gap=1e-7), **limits)
+    certified = Settings(
+        method=Exact(),
+        search=GlobalSearch(gap=1e-7),
+        node_limit=settings.node_limit,
+        time_limit=settings.time_limit,  # what it leaves is in the width
+    )
     best = solve(maneuver, certified)
     true = best if meant is None else solve(meant, certified)
     return ErrorBudget(

@@ -20,7 +20,7 @@ from typing import Literal
 import numpy as np
 
 from .arrays import Array
-from .moments import ROUNDING, PointMass, impulse
+from .moments import ROUNDING, PointMass, impulse, normalized
 from .saddle import saddle
 
 
@@ -50,7 +50,7 @@ def box_bound(mass: PointMass, low: Array, high: Array, multipliers: Array) -> f
 def _ratios(mass: PointMass, times: Array, latest: Array, width: Array, multipliers: Array) -> Array:
     """<L, b> / (I + sum |l_i| w_i^2 / 8) at times (..., q), less what rounding may have done; zero where not above."""
     mass = mass.facing_for(multipliers)
-    trial = mass.admissible(mass.to_size(multipliers))
+    trial = mass.admissible(normalized(multipliers))
     size = np.abs(trial)
     b = mass.targets(times)
     error = np.sum(size * (ROUNDING * np.abs(b) + mass.target_errors(latest)), axis=(-2, -1))

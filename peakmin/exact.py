@@ -21,7 +21,7 @@ from .bracket import Bracket
 from .certify import lower_bound
 from .costate import CostateTrajectory
 from .grid import Aligned
-from .moments import PointMass, costate
+from .moments import PointMass, costate, normalized
 from .nodal import Nodal
 
 NEWTON_STEPS = 60
@@ -80,7 +80,7 @@ def extremal(mass: PointMass, times: Array, start: Array | None = None, depth: i
     n = len(nodal.kinks)
     if mass.floor(times) == 0:
         return Extremal(0.0, 0.0, np.zeros((n, 2)), coasting(nodal))
-    p = least_energy(nodal) if start is None else costate(mass.to_size(start), times)[1]
+    p = least_energy(nodal) if start is None else costate(normalized(start), times)[1]
     best = _from(nodal, p, depth)
     if start is None and best.gap > SETTLED:
         # one equation may decide alone, with p silent wherever it does not look

@@ -151,12 +151,6 @@ class PointMass:
         out[..., 2:, :] += raised[..., None] * self.free
         return out
 
-    @staticmethod
-    def to_size(multipliers: Array) -> Array:
-        """The multipliers (..., 2+q, 2) over their largest entry: what they prove does not depend on their size."""
-        largest = np.max(np.abs(multipliers), axis=(-2, -1), keepdims=True)
-        return np.asarray(multipliers / np.where(largest == 0, 1.0, largest))
-
     def reached(self, times: Array, moments: Array) -> Array:
         """The targets closest to the given moments, s_i >= 0 chosen for clear walls; shape (2+q, 2)."""
         b = self.targets(times)
@@ -248,6 +242,12 @@ def costate(multipliers: Array, times: Array, end: ArrayLike = 1.0) -> tuple[Arr
     hinges = np.maximum(times[..., None, :] - kinks[..., :, None], 0.0)  # (..., q+2, q)
     straight = (end - kinks)[..., None] * multipliers[..., None, 0, :] + multipliers[..., None, 1, :]
     return kinks, straight + hinges @ multipliers[..., 2:, :]
+
+
+def normalized(multipliers: Array) -> Array:
+    """The multipliers (..., 2+q, 2) over their largest entry: D(L, T) does not depend on their size."""
+    largest = np.max(np.abs(multipliers), axis=(-2, -1), keepdims=True)
+    return np.asarray(multipliers / np.where(largest == 0, 1.0, largest))
 
 
 def impulse(multipliers: Array, times: Array, end: ArrayLike = 1.0) -> Array:

@@ -10,10 +10,10 @@ import numpy as np
 from .arrays import Array
 from .certify import lower_bound
 from .exact import SETTLED, extremal, far_apart
-from .moments import PointMass, costate, impulse
+from .moments import PointMass, costate, impulse, normalized
 from .spec import Maneuver
 
-AGAIN = 10
+AGAIN = 10  # how often Newton's method goes on from where it came to
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
     """
     mass = PointMass.of(maneuver).facing_for(multipliers)
     times = obstacle_times / mass.time
-    trial = mass.admissible(mass.to_size(multipliers))
+    trial = mass.admissible(normalized(multipliers))
     area = float(impulse(trial, times))
     if area == 0:
         trial, area = 0 * trial, 1.0
