@@ -3,7 +3,7 @@
 Results go to stdout, progress and errors to stderr.
 
 Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved infeasible, 4 nothing proved,
-130 stopped by Ctrl-C; `solve` and `sweep` then give what they have, at a second one nothing.
+130 stopped by Ctrl-C; `solve`, `sweep` and `explain` then give what they have, at a second one nothing.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from .model import load, named, of_kind, read_file
 from .spec import Spec, schema
 
 if TYPE_CHECKING:
+    from .arm.maneuver import ArmSpec
     from .arm.plan import ArmPlan
     from .plan import Plan
     from .planned import Status
@@ -58,44 +59,34 @@ def solve_command(
         raise SpecError("--gif: was given, must come with --out, where the animation is written")
     files.ready(out)
     files.ready_for(report)
-    if isinstance(asked, Spec):
-        with ended_by_interrupt() as stopped, output.bar("solve") as progress:
-            plan = api.solve(asked.maneuver, asked.settings, progress=progress)
+    with ended_by_interrupt() as stopped:
+        plan = _solved(asked, "solve")
         if out:
-            output.write_plan(plan, out, bool(gif))
+            _write(plan, out, gif)
         if report:
             output.write_report(plan, report, spec.stem)
-        print(plan.to_json(indent=2) if as_json else words.describe(plan))
+        print(plan.to_json(indent=2) if as_json else _described(plan))
         _say_where(as_json, out, report)
-        _say_why(plan, as_json, stopped)
-        _end(plan.status, stopped, words.so_far(plan))
-    from .arm import terminal
-
-    with ended_by_interrupt() as stopped, output.bar("solve") as progress:
-        arm_plan = api.solve(asked.asked, asked.settings, progress=progress)
-    if out:
-        output.headless()
-        terminal.write(arm_plan, out, gif is not False)
-    if report:
-        output.write_report(arm_plan, report, spec.stem)
-    print(arm_plan.to_json(indent=2) if as_json else terminal.describe(arm_plan))
-    _say_where(as_json, out, report)
-    _say_why(arm_plan, as_json, stopped)
-    _end(arm_plan.status, stopped, words.so_far(arm_plan))
+        if plan.status == "infeasible" and not as_json and not stopped.is_set():
+            with output.bar("explain"):
+                why = plan.explanation
+            print(why)
+    _end(plan.status, stopped, words.so_far(plan))
 
 
 @app.command("explain")
 def explain_command(spec: SpecFile, as_json: Json = False) -> None:
     """Why a spec is proved infeasible: which entries conflict, and the smallest changes that were solved."""
     asked = api.read_spec(spec)
-    with output.bar("explain") as progress:
-        plan = api.solve(asked.maneuver if isinstance(asked, Spec) else asked.asked, asked.settings, progress=progress)
-        why = plan.explanation
+    with ended_by_interrupt() as stopped:
+        plan = _solved(asked, "explain")
+        with output.bar("explain"):
+            why = plan.explanation
     if as_json:
         print(json.dumps({"status": plan.status, "explanation": None if why is None else why.document()}, indent=2))
     else:
         print(f"{plan.status}: " + ("nothing to explain" if why is None else str(why)))
-    raise typer.Exit(EXIT[plan.status])
+    _end(plan.status, stopped, words.so_far(plan))
 
 
 @app.command("compare")
@@ -256,18 +247,39 @@ def schema_command(
         print(json.dumps(schema(), indent=2))
 
 
+def _solved(asked: Spec | ArmSpec, name: str) -> Plan | ArmPlan:
+    """The plan of a spec, with a bar of this name while it is made."""
+    with output.bar(name) as progress:
+        return api.solve(asked.maneuver if isinstance(asked, Spec) else asked.asked, asked.settings, progress=progress)
+
+
+def _write(plan: Plan | ArmPlan, out: Path, gif: bool | None) -> None:
+    """Files of a plan; an arm's is animated unless told otherwise."""
+    from .plan import Plan
+
+    if isinstance(plan, Plan):
+        return output.write_plan(plan, out, bool(gif))
+    from .arm import terminal
+
+    output.headless()
+    terminal.write(plan, out, gif is not False)
+
+
+def _described(plan: Plan | ArmPlan) -> str:
+    """The answer in words."""
+    from .plan import Plan
+
+    if isinstance(plan, Plan):
+        return words.describe(plan)
+    from .arm import terminal
+
+    return terminal.describe(plan)
+
+
 def _say_where(as_json: bool, *places: Path | None) -> None:
     """Under an answer, where its files are."""
     if any(places) and not as_json:
         print("wrote " + ", ".join(words.one_line(str(place)) for place in places if place))
-
-
-def _say_why(plan: Plan | ArmPlan, as_json: bool, stopped: threading.Event) -> None:
-    """Under a plan that is infeasible, which entries conflict and what would help."""
-    if plan.status == "infeasible" and not as_json and not stopped.is_set():
-        with output.bar("explain"):
-            why = plan.explanation
-        print(why)
 
 
 def _end(status: Status, stopped: threading.Event, so_far: str) -> NoReturn:

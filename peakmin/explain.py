@@ -45,7 +45,7 @@ class Explanation:
     def __str__(self) -> str:
         none = "no change of a single entry was found that helps" + ("" if self.complete else " in this time")
         said = "; or ".join(repair.text for repair in self.repairs) or none
-        late = "" if self.complete else "\n(the time was over before fewer entries and other changes were looked for)"
+        late = "" if self.complete else "\n(it ended before fewer entries and other changes were looked for)"
         return f"{', '.join(self.conflict)} conflict: {self.because}\n{said}{late}"
 
 

@@ -63,14 +63,10 @@ class Trials:
 
     def solve(self, maneuver: Maneuver, settings: Settings | None = None) -> tuple[str, float, float]:
         """Status, peak and bound [m/s^2]; "refused" where the changed maneuver is none."""
-        settings, rest = settings or self.settings, left(self.until)
-        if rest <= 0:
+        if left(self.until) <= 0:
             return "unknown", math.inf, 0.0
-        if math.isfinite(rest):  # no solve goes on for longer than all of them may
-            limit = min(max(rest, LEAST), settings.time_limit or math.inf)
-            settings = settings.model_copy(update={"time_limit": limit})
         try:
-            plan = solve(maneuver, settings)
+            plan = solve(maneuver, limited(settings or self.settings, self.until))
         except SpecError:
             return "refused", math.inf, 0.0
         return plan.status, plan.peak, plan.lower_bound
@@ -157,6 +153,14 @@ class Trials:
                     yield Repair(field, text(f"{x:.6g}"), maneuver, peak, cost(x))
                     return
             x *= 1 + (5 * FINEST if maneuver is None or maneuver.simple else 2 * ROUGH)
+
+
+def limited(settings: Settings, until: float) -> Settings:
+    """Settings of one solve of many, which goes on for no longer than all of them may."""
+    rest = left(until)
+    if math.isinf(rest):
+        return settings
+    return settings.model_copy(update={"time_limit": min(max(rest, LEAST), settings.time_limit or math.inf)})
 
 
 def changed(maneuver: Maneuver, **fields: object) -> Maneuver:

@@ -10,10 +10,12 @@ import shapely
 from scipy.interpolate import CubicSpline
 
 import peakmin as pm
+from peakmin.arm import terminal
 from peakmin.arm.clearance import link_clearance
 from peakmin.arm.compare import compare
 from peakmin.arm.course import Course
 from peakmin.arm.dynamics import torques
+from peakmin.arm.explain import explain_arm
 from peakmin.arm.joints import JointPath
 from peakmin.arm.kinematics import Chain, Pair
 from peakmin.arm.maneuver import postures
@@ -509,3 +511,18 @@ def test_explanations_of_arms_are_tried_out():
     assert {one.field for one in why.repairs} == {"max_peak", "duration"}
     for one in why.repairs:
         assert pm.solve(one.maneuver).status == "solved"
+
+
+def test_an_explanation_of_an_arm_that_has_no_time_says_so():
+    why = explain_arm(pm.solve(small(max_peak=0.1)), 0.0)
+    assert not why.complete
+    assert not why.repairs
+    assert "it ended before" in str(why)
+
+
+def test_angles_that_look_like_degrees_are_pointed_out():
+    plan = pm.solve(small(start=pm.Pose(joints=(90, -45)), goal=pm.Pose(joints=(1, -0.5)), obstacles=()))
+    said = terminal.facts(plan)
+    assert "start.joints[0] is 90 rad, 14.3 turns" in said
+    assert "start.joints[1] is -45 rad, 7.16 turns" in said
+    assert "goal.joints" not in said

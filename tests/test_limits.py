@@ -113,37 +113,41 @@ def test_a_sweep_ends_with_the_times_that_are_done(monkeypatch):
 
 HOOKED = """
 import sys
-from peakmin import cli, least, scene
+from peakmin import cli, least, repairs, scene
 
-def told(kind, name):
+def told(kind, name, what="one more"):
     before = getattr(kind, name)
     def after(self, *args, **options):
         found = before(self, *args, **options)
-        print("one more", flush=True)
+        print(what, flush=True)
         return found
     setattr(kind, name, after)
 
 told(least.LeastPeak, "__call__")
 told(scene.Search, "_solve")
+told(repairs.Repair, "__init__", "one more repair")
 cli.main()
 """
 
 
-def begun(tmp_path, command, spec, steps, *options):
+def begun(tmp_path, command, spec, steps, *options, what="one more"):
     """A command that has done so many steps of its work."""
     path = tmp_path / "spec.json"
     path.write_text(spec.to_json())
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
     process = subprocess.Popen([sys.executable, "-c", HOOKED, command, path, *options], stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE, text=True, env=environment)  # fmt: skip
-    for _ in range(steps):
-        assert process.stdout.readline() == "one more\n"
+    done = 0
+    while done < steps:
+        line = process.stdout.readline()
+        assert line, "it came to its end before"
+        done += line == f"{what}\n"
     return process
 
 
 def ended(process):
     out, err = process.communicate(timeout=60)
-    return "\n".join(line for line in out.splitlines() if line != "one more"), err
+    return "\n".join(line for line in out.splitlines() if not line.startswith("one more")), err
 
 
 LONG = pm.Spec(
@@ -179,6 +183,17 @@ def test_ctrl_c_ends_solve_with_the_best_plan_so_far(tmp_path):
     assert err.startswith("peakmin: stopped, ")
     assert err.count("\n") == 1
     assert pm.verify(out).passed
+
+
+@pytest.mark.parametrize("command", ["explain", "solve"])
+def test_ctrl_c_ends_an_explanation_with_the_repairs_found(tmp_path, command):
+    impossible = pm.Spec.read(ROOT / "examples" / "impossible.json")
+    process = begun(tmp_path, command, impossible, 1, what="one more repair")
+    process.send_signal(signal.SIGINT)
+    out, err = ended(process)
+    assert process.returncode == 130
+    assert err == "peakmin: stopped, no plan so far, and none can have a peak below 6.13296 m/s²\n"
+    assert "\nraise max_peak to 6.14 m/s²\n(it ended before " in out
 
 
 def test_a_second_ctrl_c_ends_at_once_and_leaves_files_as_they_were(tmp_path):

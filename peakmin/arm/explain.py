@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 from ..deadline import over
 from ..explain import Explanation
-from ..repairs import Repair, upwards
+from ..repairs import Repair, limited, upwards
 from ..spec import Settings
 from .flood import FLOODS, flood
 from .maneuver import ArmManeuver
@@ -32,23 +32,23 @@ def explain_arm(plan: ArmPlan, time_limit: float) -> Explanation | None:
         return None
     until, maneuver = time.perf_counter() + min(time_limit, plan.settings.time_limit or time_limit), plan.maneuver
     if math.isinf(plan.lower_bound):
-        kept = _fewest(maneuver, closed)
+        kept = _fewest(maneuver, closed, until)
         fields = (*kept, "margin") if maneuver.margin and not closed(_with(maneuver, margin=0.0)) else tuple(kept)
         because = "the links cannot get past from start to goal, whatever they do"
-        found = _open_again(maneuver, fields, plan.settings, until)
-        return Explanation(fields, because, tuple(sorted(found, key=lambda one: one.cost)))
+        found = sorted(_open_again(maneuver, fields, plan.settings, until), key=lambda one: one.cost)
+        return Explanation(fields, because, tuple(found), not over(until))
     assert maneuver.max_peak is not None
 
     def slow(fewer: ArmManeuver) -> bool:
-        return solve_arm(fewer, plan.settings).status == "infeasible"
+        return solve_arm(fewer, limited(plan.settings, until)).status == "infeasible"
 
-    kept = _fewest(maneuver, slow)
+    kept = _fewest(maneuver, slow, until)
     because = (
         f"max_peak {maneuver.max_peak:.6g} m/s² is below {plan.lower_bound:.6g} m/s², the least that any motion of the "
         f"arm needs in {maneuver.duration:.6g} s"
     )
-    found = _faster(maneuver, plan.settings)
-    return Explanation((*kept, "max_peak", "duration"), because, tuple(sorted(found, key=lambda one: one.cost)))
+    found = sorted(_faster(maneuver, plan.settings, until), key=lambda one: one.cost)
+    return Explanation((*kept, "max_peak", "duration"), because, tuple(found), not over(until))
 
 
 def closed(maneuver: ArmManeuver) -> bool:
@@ -63,18 +63,23 @@ def _with(maneuver: ArmManeuver, **fields: object) -> ArmManeuver:
     return ArmManeuver(arm=maneuver.arm, **every)
 
 
-def _fewest(maneuver: ArmManeuver, refuted: Callable[[ArmManeuver], bool]) -> list[str]:
-    """Obstacles none of which can be left out, so that the rest is still refuted."""
+def _fewest(maneuver: ArmManeuver, refuted: Callable[[ArmManeuver], bool], until: float) -> list[str]:
+    """Obstacles none of which can be left out, so that the rest is still refuted; more when the time is over."""
     kept = list(range(len(maneuver.obstacles)))
     for i in list(kept):
         fewer = [k for k in kept if k != i]
-        if refuted(_with(maneuver, obstacles=tuple(maneuver.obstacles[k] for k in fewer))):
+        if not over(until) and refuted(_with(maneuver, obstacles=tuple(maneuver.obstacles[k] for k in fewer))):
             kept = fewer
     return [f"obstacles[{k}]" for k in kept]
 
 
-def _solved(field: str, text: str, maneuver: ArmManeuver, cost: float, settings: Settings) -> Iterator[Repair]:
-    plan = solve_arm(maneuver, settings)
+def _solved(
+    field: str, text: str, maneuver: ArmManeuver, cost: float, settings: Settings, until: float
+) -> Iterator[Repair]:
+    """The change, if there is time to try it and it helps."""
+    if over(until):
+        return
+    plan = solve_arm(maneuver, limited(settings, until))
     if plan.status == "solved":
         yield Repair(field, text, maneuver, plan.peak, cost)
 
@@ -83,21 +88,21 @@ def _open_again(maneuver: ArmManeuver, fields: tuple[str, ...], settings: Settin
     """Less margin, or an obstacle left out."""
     for share in MARGINS if maneuver.margin else ():
         less = _with(maneuver, margin=share * maneuver.margin)
-        if not closed(less):
+        if not over(until) and not closed(less):
             text = f"lower margin to {less.margin:.6g} m"
-            yield from _solved("margin", text, less, 1 - share, settings)
+            yield from _solved("margin", text, less, 1 - share, settings, until)
             break
     for i in range(len(maneuver.obstacles)):
-        if f"obstacles[{i}]" in fields and not over(until):
+        if f"obstacles[{i}]" in fields:
             without = _with(maneuver, obstacles=maneuver.obstacles[:i] + maneuver.obstacles[i + 1 :])
-            yield from _solved(f"obstacles[{i}]", f"leave out obstacles[{i}]", without, 1.0, settings)
+            yield from _solved(f"obstacles[{i}]", f"leave out obstacles[{i}]", without, 1.0, settings, until)
 
 
-def _faster(maneuver: ArmManeuver, settings: Settings) -> Iterator[Repair]:
+def _faster(maneuver: ArmManeuver, settings: Settings, until: float) -> Iterator[Repair]:
     """More peak, or more time: between poses at rest, D' = D sqrt(M / max_peak) makes the peak M to max_peak."""
     limit, D = maneuver.max_peak, maneuver.duration
     assert limit is not None
-    free = solve_arm(_with(maneuver, max_peak=None), settings)
+    free = solve_arm(_with(maneuver, max_peak=None), limited(settings, until))
     if free.status != "solved":
         return
     more, longer = upwards(free.peak), upwards(SLOWER * D * math.sqrt(free.peak / limit))
@@ -105,4 +110,4 @@ def _faster(maneuver: ArmManeuver, settings: Settings) -> Iterator[Repair]:
         ("max_peak", f"raise max_peak to {more:.6g} m/s²", more, limit),
         ("duration", f"duration {D:.6g} s is too short: {longer:.6g} s would do", longer, D),
     ):
-        yield from _solved(field, text, _with(maneuver, **{field: x}), x / was - 1, settings)
+        yield from _solved(field, text, _with(maneuver, **{field: x}), x / was - 1, settings, until)

@@ -15,6 +15,9 @@ from .compare import Row
 from .maneuver import ArmSpec
 from .plan import ArmPlan
 from .simulate import Simulation
+from .spec import Task
+
+TURNS = 2  # further round than that, an angle may have been meant in degrees
 
 
 def describe(plan: ArmPlan) -> str:
@@ -49,7 +52,15 @@ def facts(plan: ArmPlan) -> str:
         lines.append("  closed          obstacles and reach leave no way from start to goal (proved)")
     elif plan.joints is None:
         lines.append("  no free motion was found; the bound holds all the same")
-    return "\n".join([*lines, *advised(plan)])
+    return "\n".join([*lines, *_far_round(plan.maneuver), *advised(plan)])
+
+
+def _far_round(task: Task) -> list[str]:
+    """Joint angles that look like degrees, a line each."""
+    poses = (("start", task.start), ("goal", task.goal))
+    angles = [(f"{name}.joints[{i}]", q) for name, pose in poses for i, q in enumerate(pose.joints or ())]
+    far = [(field, q) for field, q in angles if abs(q) > TURNS * math.tau]
+    return [f"  radians         {field} is {q:g} rad, {abs(q) / math.tau:.3g} turns" for field, q in far]
 
 
 def write(plan: ArmPlan, out: Path, gif: bool = True) -> None:
