@@ -62,7 +62,7 @@ def solve_command(
     with ended_by_interrupt() as stopped:
         plan = _solved(asked, "solve")
         if out:
-            _write(plan, out, gif)
+            output.write_plan(plan, out, gif)
         if report:
             output.write_report(plan, report, spec.stem)
         print(plan.to_json(indent=2) if as_json else _described(plan))
@@ -251,18 +251,6 @@ def _solved(asked: Spec | ArmSpec, name: str) -> Plan | ArmPlan:
     """The plan of a spec, with a bar of this name while it is made."""
     with output.bar(name) as progress:
         return api.solve(asked.maneuver if isinstance(asked, Spec) else asked.asked, asked.settings, progress=progress)
-
-
-def _write(plan: Plan | ArmPlan, out: Path, gif: bool | None) -> None:
-    """Files of a plan; an arm's is animated unless told otherwise."""
-    from .plan import Plan
-
-    if isinstance(plan, Plan):
-        return output.write_plan(plan, out, bool(gif))
-    from .arm import terminal
-
-    output.headless()
-    terminal.write(plan, out, gif is not False)
 
 
 def _described(plan: Plan | ArmPlan) -> str:

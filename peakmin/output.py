@@ -18,7 +18,15 @@ if TYPE_CHECKING:
     from .sweep import Sweep
 
 
-def write_plan(plan: Plan, out: Path, gif: bool = False) -> None:
+def write_plan(plan: Plan | ArmPlan, out: Path, gif: bool | None = False) -> None:
+    """plan.json, plan.csv, the figures; an animation if asked for, an arm's unless told otherwise."""
+    from .plan import Plan
+
+    if not isinstance(plan, Plan):
+        from .arm import terminal
+
+        headless()
+        return terminal.write(plan, out, gif is not False)
     files.write(out / "plan.json", plan.to_json(indent=2) + "\n")
     if plan.trajectory is not None:
         files.write(out / "plan.csv", plan.to_csv())

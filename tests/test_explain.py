@@ -51,7 +51,12 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+SLOW = ("one of two walls", "speed", "speed past a wall", "region")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.uncounted if name in SLOW else ()) for name in CASES]
+)
 def test_conflicts_and_repairs(name):
     asked, conflict, repaired = CASES[name]
     plan = pm.solve(asked, COARSE)

@@ -29,6 +29,7 @@ def closed():
     return pm.solve(between_bars(0.75, -1.8))
 
 
+@pytest.mark.uncounted
 def test_a_way_that_is_closed_is_proved_so(closed):
     plan = closed
     assert plan.status == "infeasible"

@@ -271,6 +271,7 @@ def test_refusals_of_what_does_not_go_together():
         pm.solve(closed)
 
 
+@pytest.mark.uncounted
 def test_a_region_and_a_speed_beside_a_block():
     square = box(1.5, 2.5, -0.5, 0.3)
     common = {"goal": pm.State(position=(4, 0)), "duration": 20.0, "margin": 0.05}
