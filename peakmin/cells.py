@@ -15,6 +15,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -149,8 +150,37 @@ class Cells:
 
     @cached_property
     def ways(self) -> Way | None:
-        """Every way: the gaps through which one leads, or None where none does."""
-        return self.through(tuple(tuple(range(len(gaps))) for gaps in self.gaps))
+        """Every way: the gaps through which one leads, or None where none does.
+
+        A path that keeps the region has no gap that lies outside of it. Where this leaves none, all of them are given.
+        """
+        every = tuple(tuple(range(len(gaps))) for gaps in self.gaps)
+        inside = tuple(
+            tuple(g for g in kept if self._in_region(gaps[g])) for gaps, kept in zip(self.gaps, every, strict=True)
+        )
+        return self.through(inside) or self.through(every)
+
+    @cached_property
+    def _region(self) -> Any:
+        """The region in the frame, a polygon, and how far rounding errors may have moved it [m]; or None."""
+        import shapely
+
+        if self.maneuver.region is None:
+            return None
+        corners = self.frame.position(np.array(self.maneuver.region))
+        return shapely.Polygon(corners), SAME * max(self.extent, float(np.max(np.abs(corners)))) + self.grain
+
+    def _in_region(self, gap: Gap) -> bool:
+        """Whether a path that keeps the region can be in the gap."""
+        import shapely
+
+        if self._region is None:
+            return True
+        region, room = self._region
+        far = 2 * max(self.extent, *map(abs, region.bounds))
+        (a, c), (b, d) = (np.clip(ends, -far, far) for ends in (gap.low, gap.high))
+        x, y = gap.across
+        return bool(shapely.Polygon([(x, a), (y, c), (y, d), (x, b)]).distance(region) <= room)
 
     def through(self, way: Way) -> Way | None:
         """The way without gaps that lead nowhere; None where nothing is left."""

@@ -225,6 +225,72 @@ def test_sides_count_beyond_a_pocket():
         assert end in gap.at(0.5)
 
 
+def strip_of(low, high):
+    return [(-0.5, low), (1.5, low), (1.5, high), (-0.5, high)]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "first", "second"),
+    [
+        (-0.6, 0.6, (0, 1), (0, 1)),
+        (-0.4, 0.6, (1,), (0, 1)),  # below the first box it leaves the region
+        (-0.6, 0.4, (0, 1), (0,)),
+        (-0.4, 0.4, (1,), (0,)),
+        (-0.5, 0.5, (0, 1), (0, 1)),  # on its edge a path keeps it
+        (-0.5 + 1e-13, 0.5 - 1e-13, (0, 1), (0, 1)),  # and may, by what rounding errors may be
+        (-0.5 + 1e-11, 0.5 - 1e-11, (1,), (0,)),
+        (-0.4, 300, (1,), (0, 1)),
+        (-300, 0.4, (0, 1), (0,)),
+        (-0.1, 0.1, (0, 1), (0, 1)),  # where nothing is left all are given: `impossible` tells
+    ],
+)
+def test_gaps_outside_of_the_region_are_no_ways(low, high, first, second):
+    cells = Cells(TWO.model_copy(update={"region": tuple(strip_of(low, high))}))
+    assert cells.ways == ((0,), first, (0,), second, (0,))
+    assert [len(gaps) for gaps in cells.gaps] == [1, 2, 1, 2, 1]
+
+
+def test_a_gap_that_widens_into_the_region_is_a_way():
+    """Its section in the middle of the strip is outside, one of its ends is not; a small block in a large region."""
+    slope = pm.Block(vertices=[(0.2, -0.5), (0.8, -0.5), (0.8, 0.6), (0.2, 0.1)])
+    assert Cells(past(slope, region=strip_of(-0.6, 0.11))).ways == ((0,), (0, 1), (0,))
+    assert Cells(past(slope, region=strip_of(-0.6, 0.09))).ways == ((0,), (0,), (0,))
+    assert Cells(past(slope, region=strip_of(-0.4, 0.11))).ways == ((0,), (1,), (0,))
+
+
+@pytest.mark.parametrize("degrees", [0, 20, 40, 60, 75, 130, 250])
+def test_a_slit_along_the_edge_of_a_region_far_from_the_origin_stays_open(degrees):
+    """Its upper end is where the region's lower edge is."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    for offset in ((0, 0), (1e4, 5e3), (3e5, -2e6), (-1e7, 1e7)):
+        for edge, open_there in ((0.15, True), (0.16, False)):
+            corners = [(offset[0] + c * x - s * y, offset[1] + s * x + c * y) for x, y in strip_of(edge, 2.0)]
+            cells = Cells(displaced(offset, degrees, 0.05).model_copy(update={"region": tuple(corners)}))
+            k = len(cells.gaps) // 2
+            assert (1 in cells.ways[k]) == open_there
+
+
+def test_the_bound_knows_of_the_side_that_the_region_leaves():
+    common = {"goal": pm.State(position=(2, 0)), "duration": 2.0}
+    region = [(-0.2, -0.6), (2.2, -0.6), (2.2, 0.15), (-0.2, 0.15)]
+    either, right = (
+        pm.solve(
+            past(box(0.9, 1.1, -0.3, 0.2, side=side), region=region, **common), pm.Settings(grid=pm.Aligned(steps=60))
+        )
+        for side in ("either", "right")
+    )
+    assert either.status == right.status == "solved"
+    assert either.peak == pytest.approx(right.peak, rel=1e-6)
+    assert either.lower_bound == pytest.approx(right.lower_bound, rel=1e-6)
+    assert pm.verify(either.to_json()).passed
+    free = pm.solve(past(box(0.9, 1.1, -0.3, 0.2), **common))
+    assert free.lower_bound < 0.95 * either.lower_bound
+    # the proof of the free one is one of a smaller bound for this one, too
+    assert free.proof.bound(either.maneuver) == pytest.approx(free.lower_bound, rel=1e-9)
+    # but not the other way around
+    assert either.proof.bound(free.maneuver) == 0
+
+
 @pytest.mark.parametrize("size", [1.0, 1e3])
 def test_rounding_errors_are_those_of_the_size(size):
     """Half of a rounding error and two of them, of the scene's size; along the way, of the way's length."""
