@@ -47,13 +47,21 @@ def _not_in_the_bound(plan: Plan | ArmPlan) -> str:
 
 def _other_numbers(plan: Plan | ArmPlan) -> list[str]:
     """Changes of what was asked that may help a path that does not keep it."""
-    if not isinstance(plan, Plan) or plan.trajectory is None:
+    if not isinstance(plan, Plan):
+        tries = {
+            "limits": "wider limits, the other elbow, or other poses",
+            "max_speed": "a larger max_speed, or a longer duration",
+        }
+        return [text for name, text in tries.items() if any(f".{name}:" in one for one in plan.exceeded)]
+    if plan.trajectory is None:
         return []
     asked, kept, out = plan.maneuver, plan.keeping(), []
     if kept.walls < 0 and len(asked.walls) > 1:
         out.append("the walls in another order: they are passed as they are listed")
     if asked.max_speed is not None and kept.speed > asked.max_speed:
         out.append("a larger max_speed, or a longer duration")
+    if kept.region < 0 and asked.blocks:
+        out.append("the other side of a block: side left or right")
     return out
 
 
@@ -78,6 +86,8 @@ def _other_program(settings: Settings) -> list[str]:
 
 def _finer(plan: Plan | ArmPlan) -> list[str]:
     """What a path that is better by a little may need."""
+    if not isinstance(plan, Plan) and plan.exceeded and plan.free:
+        return []
     settings = plan.settings
     out = [f"more steps: {2 * settings.grid.steps} in place of {settings.grid.steps}"]
     if isinstance(settings.circle, Disc) and not isinstance(settings.method, Exact):

@@ -110,6 +110,7 @@ def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
     from .arm import terminal
     from .arm.plan import ArmPlan
     from .arm.simulate import simulate
+    from .document import digest
 
     with named(plan):
         text = read_file(plan)
@@ -117,6 +118,8 @@ def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
         of_kind(data, "plan")
         if data.get("kind") != "arm":
             raise SpecError("the document: was a plan of a centre of mass, must be one of an arm for `simulate`")
+        if data.get("digest") != digest(data):
+            raise SpecError("digest: was that of another text, must be as it was written (`peakmin verify` tells more)")
         asked = ArmPlan.from_json(text)
     found = simulate(asked)
     print(json.dumps(terminal.numbers(found), indent=2) if as_json else terminal.felt(found))
@@ -203,11 +206,11 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
         numbers = {"peak": stated.peak, "lower_bound": found.lower_bound, "gap": stated.gap, "scope": stated.scope}
         print(json.dumps({"verified": found.passed, **numbers, "problems": list(found.problems)}, indent=2))
     else:
-        print("verified" if found.passed else "NOT as stated")
-        with np.errstate(all="ignore"):
-            print(words.facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
         for problem in found.problems:
             print(f"  {words.one_line(problem)}")
+        print("verified" if found.passed else "NOT so; what is stated:")
+        with np.errstate(all="ignore"):
+            print(words.facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
     raise typer.Exit(0 if found.passed else EXIT["unknown"])
 
 

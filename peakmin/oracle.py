@@ -64,8 +64,9 @@ class PeakOracle:
 
     One oracle serves any number of threads: each keeps programs of its own, compiled once for all queries of the same
     structure (walls, circle, grid). With the default settings nothing is compiled: the optimum is that of continuous
-    time, at some 30 ms a query, or one or two at given obstacle times, where many queries are answered together at a
-    quarter of a millisecond each (`benchmarks/bench_oracle.py` compares).
+    time, at some 40 ms a query past one wall, or one or two at given obstacle times, where many queries are answered
+    together at a quarter of a millisecond each (`benchmarks/bench_oracle.py` compares). Several walls and fast starts
+    can take seconds until the bound has closed in; a `time_limit` in the settings ends a query with the gap so far.
 
     Args:
         maneuver: what queries leave out is taken from it.
@@ -171,7 +172,10 @@ class PeakOracle:
         queries, times = [], []
         for k in range(sizes.pop() if sizes else 1):
             one = [None if value is None else value[k] if value.ndim > depth else value for value, depth in given]
-            queries.append(self.query(one[0], one[1], one[2], one[3]))
+            try:
+                queries.append(self.query(one[0], one[1], one[2], one[3]))
+            except SpecError as error:
+                raise SpecError(f"queries[{k}].{error}") from None
             times.append(np.asarray(one[4]))
         if obstacle_times is None:
             answers = [self._answer(maneuver, None) for maneuver in queries]
@@ -257,4 +261,7 @@ def _state(name: str, given: State | ArrayLike) -> State:
         raise SpecError(f"{name}: was {str(given)[:60]}, must be two or four numbers") from None
     if numbers.shape not in ((2,), (4,)):
         raise SpecError(f"{name}: was of shape {numbers.shape}, must be (2,), at rest, or (4,), with its velocity")
-    return State(position=numbers[:2], velocity=numbers[2:] if len(numbers) == 4 else (0.0, 0.0))
+    try:
+        return State(position=numbers[:2], velocity=numbers[2:] if len(numbers) == 4 else (0.0, 0.0))
+    except SpecError as error:
+        raise SpecError(f"{name}.{error}") from None

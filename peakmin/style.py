@@ -60,6 +60,7 @@ def peak_and_bound(ax: Axes, peak: float, bound: float, unit: str) -> None:
 
     They often lie on one another and on |u|, which is thin and dark: all three can still be seen.
     """
+    ax.set_xmargin(0)  # the triangles stay within the time
     ax.axhline(peak, **PEAK, label=f"peak {peak:.6g} {unit}")
     x: Any = np.linspace(0.02, 0.98, 13)
     mark: Any = {"color": ORANGE, "markeredgecolor": BLACK, "markeredgewidth": 0.5, "marker": CARETUP, "markersize": 7}

@@ -86,7 +86,7 @@ def _multipliers(plan: Plan, mass: PointMass) -> list[str]:
     own, best = lower_bound(mass, times, plan.multipliers), extremal(mass, times).lower
     if own >= (1 - NEARLY) * best:
         return []
-    return [f"multipliers: prove {own * mass.unit!r} m/s^2 at these times, others {best * mass.unit!r}"]
+    return [f"multipliers: prove {own * mass.unit!r} m/s² at these times, others {best * mass.unit!r}"]
 
 
 def _kept(plan: Plan) -> list[str]:
@@ -130,9 +130,9 @@ def moved(plan: Plan | ArmPlan, motion: Trajectory) -> list[str]:
     if not result.walls <= CHECK:
         found.append(f"walls: not crossed as stated, {result.walls:.2e} of the maneuver's size")
     if not result.peak <= 1e-12:
-        found.append(f"peak: was stated as {plan.peak!r}, the control has {motion.peak()!r} m/s^2")
+        found.append(f"peak: was stated as {plan.peak!r}, the control has {motion.peak()!r} m/s²")
     if plan.status == "solved" and not plan.peak >= plan.lower_bound * (1 - SAME):
-        found.append(f"peak: was stated as {plan.peak!r}, below the bound {plan.lower_bound!r} m/s^2")
+        found.append(f"peak: was stated as {plan.peak!r}, below the bound {plan.lower_bound!r} m/s²")
     return found
 
 
@@ -144,7 +144,7 @@ def bounded(plan: Plan | ArmPlan, bound: float, closed: bool) -> list[str]:
     """
     found, limit = [], plan.maneuver.max_peak or math.inf
     if bound != plan.lower_bound and not abs(bound - plan.lower_bound) <= SAME * bound:
-        found.append(f"lower_bound: was stated as {plan.lower_bound!r}, the proof gives {bound!r} m/s^2")
+        found.append(f"lower_bound: was stated as {plan.lower_bound!r}, the proof gives {bound!r} m/s²")
     if plan.status == "solved" and plan.peak > limit:
         found.append(f"status: solved, but the peak {plan.peak!r} is above max_peak {limit!r}")
     if plan.status == "infeasible" and not closed and not (plan.scope == "all" and bound > limit):

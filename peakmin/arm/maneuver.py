@@ -15,6 +15,8 @@ from .kinematics import Pair
 from .spec import Arm, Pose, Task
 from .workspace import Workspace
 
+ANGLE = 1e-9  # rad: up to which a joint counts as within its limits
+
 
 class ArmManeuver(Task):
     """A task for an arm."""
@@ -35,6 +37,9 @@ class ArmManeuver(Task):
                     f".{name}.tip: was {list(pose.tip)}, must be {abs(first - second):g} to {first + second:g} m "
                     f"from the base, {list(self.arm.base)}"
                 )
+            beyond = [_beyond(self.arm, pose, theta, exact=name == "start") for theta in found]
+            if None not in beyond:
+                raise ValueError(f".{name}.{beyond[0]}")
             hits = [hit_by(self, theta) for theta in found]
             if None not in hits:
                 i, link, depth = next(hit for hit in hits if hit is not None)
@@ -65,6 +70,23 @@ def postures(arm: Arm, pose: Pose) -> list[tuple[float, ...]]:
         return []
     signs = {"up": [-1.0], "down": [1.0]}.get(pose.elbow or "either", [-1.0, 1.0])
     return [tuple(pair.angles(s, sign).tolist()) for sign in signs]
+
+
+def _beyond(arm: Arm, pose: Pose, theta: tuple[float, ...], exact: bool) -> str | None:
+    """A joint of a configuration that is outside of its limits, worded for a spec; or None.
+
+    Args:
+        exact: whether a pose given as joints has these very angles, else they are meant up to full turns.
+    """
+    for k, (link, q) in enumerate(zip(arm.links, pose.joints or np.diff(theta, prepend=0.0).tolist(), strict=True)):
+        if link.limits is None:
+            continue
+        low, high = link.limits[0] - ANGLE, link.limits[1] + ANGLE
+        near = q if exact and pose.joints else q + math.tau * math.ceil((low - q) / math.tau)
+        if not low <= near <= high:
+            what = f"joints[{k}]: was {q:g}" if pose.joints else f"tip: was {list(pose.tip or ())}, joint {k + 1} {q:g}"
+            return f"{what} rad, must be within arm.links[{k}].limits, {list(link.limits)}"
+    return None
 
 
 def hit_by(maneuver: ArmManeuver, theta: tuple[float, ...]) -> tuple[int, int, float] | None:

@@ -18,7 +18,7 @@ from ..trajectory import Trajectory
 from .clearance import LinkClearance
 from .dynamics import base_moment, torques
 from .joints import JointPath, closely
-from .maneuver import ArmManeuver
+from .maneuver import ANGLE, ArmManeuver
 from .proof import ArmProof
 from .workspace import Contact, Workspace
 
@@ -64,6 +64,12 @@ class ArmPlan(Planned):
     def clearance(self) -> float:
         """Least distance of any link from any obstacle [m], at every instant; negative where one enters."""
         return math.inf if self.clear is None else self.clear.least
+
+    @property
+    def free(self) -> bool:
+        """Whether there is a motion that keeps clear of the obstacles and within reach."""
+        size = Workspace(self.maneuver).size
+        return self.clear is not None and self.clear.short(self.maneuver, size) == 0
 
     @property
     def trajectory(self) -> Trajectory | None:
@@ -112,16 +118,19 @@ class ArmPlan(Planned):
         workspace = Workspace(self.maneuver)
         return [workspace.nearest(self.joints.absolute(t)) for t in self.contact_times]
 
-    @property
+    @cached_property
     def contact_times(self) -> list[float]:
-        """The obstacle times [s] at which no elbow turns over; without any the time of the closest approach, if it is
-        about as close as the margin allows.
+        """Times [s] at which the arm is about as close to an obstacle as the margin allows: the obstacle times at which
+        it is; where it is at none of them that of the closest approach, if it is there.
         """
-        at = [t for t in self.obstacle_times.tolist() if t not in self.elbow_changes]
-        if at or self.clear is None or not self.maneuver.obstacles:
-            return at
-        near = self.maneuver.margin + NEAR * float(np.sum(Workspace(self.maneuver).chain.length))
-        return [self.clear.at] if self.clear.least <= near else []
+        if self.joints is None or self.clear is None or not self.maneuver.obstacles:
+            return []
+        workspace = Workspace(self.maneuver)
+        near = self.maneuver.margin + NEAR * workspace.size
+        at = self.obstacle_times[
+            np.min(workspace.clearance(self.joints.absolute(self.obstacle_times)), axis=-1) <= near
+        ]
+        return at.tolist() or ([self.clear.at] if self.clear.least <= near else [])
 
     @cached_property
     def exceeded(self) -> list[str]:
@@ -133,7 +142,7 @@ class ArmPlan(Planned):
         out = []
         for k, link in enumerate(self.maneuver.arm.links):
             low, high = float(np.min(angles[:, k])), float(np.max(angles[:, k]))
-            if link.limits is not None and not (link.limits[0] <= low and high <= link.limits[1]):
+            if link.limits is not None and not (link.limits[0] - ANGLE <= low and high <= link.limits[1] + ANGLE):
                 out.append(f"arm.links[{k}].limits: the joint goes from {low:.6g} to {high:.6g} rad")
             fastest = float(np.max(np.abs(rates[:, k])))
             if link.max_speed is not None and fastest > link.max_speed:

@@ -110,10 +110,12 @@ def path(plan: ArmPlan, ax: Axes | None = None) -> Axes:
     size = float(np.max(np.ptp(plan.position(t), axis=0)))
     for i, (tip, along) in enumerate(ray for wall in plan.crossing.walls for ray in wall.rays):
         ends = np.array([tip, tip + 0.5 * size * along])
-        ax.plot(*ends.T, label=None if i else "wall", **WALL)
+        ax.plot(*ends.T, label=None if i else "obstacle, as a wall", **WALL)
     at = np.array(plan.obstacle_times)
     if len(at):
-        ax.plot(*plan.position(at).T, "D", color=ORANGE, markeredgecolor=BLACK, markersize=5, label="contact", zorder=6)
+        ax.plot(
+            *plan.position(at).T, "D", color=ORANGE, markeredgecolor=BLACK, markersize=5, label="crossing", zorder=6
+        )
     (left, right), (down, up) = ax.get_xlim(), ax.get_ylim()
     low, high = np.array([left, down]), np.array([right, up])
     if plan.joints is not None and plan.joints.chain.links == 2:

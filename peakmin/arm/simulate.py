@@ -17,6 +17,7 @@ from .plan import ArmPlan
 
 STEPS = 20_000  # of the simulation
 PEAK_WITHIN, CURVE_WITHIN = 0.005, 0.01
+REACH = 1e-6  # of the arm
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,10 @@ def simulate(plan: ArmPlan, steps: int = STEPS) -> Simulation:
         raise PeakminError("simulate: needs MuJoCo, must be installed with the `sim` extra (peakmin[sim])") from None
     if plan.joints is None:
         raise PeakminError(f"simulate: was a plan that is {plan.status}, must have a motion")
+    if plan.clear is not None and (plan.clear.within < -REACH * plan.joints.chain.reach[1] or not plan.clear.steady):
+        raise PeakminError(
+            "simulate: was a plan whose path leaves what is in reach, must be one that the arm can follow"
+        )
     chain, path = plan.joints.chain, plan.joints
     model = mujoco.MjModel.from_xml_string(model_text(chain))
     data = mujoco.MjData(model)

@@ -12,10 +12,9 @@ from ..errors import PeakminError
 from ..progress import Progress
 from ..words import advised, opening
 from .compare import Row
-from .maneuver import ArmSpec
+from .maneuver import ArmManeuver, ArmSpec
 from .plan import ArmPlan
 from .simulate import Simulation
-from .spec import Task
 
 TURNS = 2  # further round than that, an angle may have been meant in degrees
 
@@ -55,10 +54,11 @@ def facts(plan: ArmPlan) -> str:
     return "\n".join([*lines, *_far_round(plan.maneuver), *advised(plan)])
 
 
-def _far_round(task: Task) -> list[str]:
+def _far_round(task: ArmManeuver) -> list[str]:
     """Joint angles that look like degrees, a line each."""
     poses = (("start", task.start), ("goal", task.goal))
     angles = [(f"{name}.joints[{i}]", q) for name, pose in poses for i, q in enumerate(pose.joints or ())]
+    angles += [(f"arm.links[{i}].limits", q) for i, link in enumerate(task.arm.links) for q in link.limits or ()]
     far = [(field, q) for field, q in angles if abs(q) > TURNS * math.tau]
     return [f"  radians         {field} is {q:g} rad, {abs(q) / math.tau:.3g} turns" for field, q in far]
 
