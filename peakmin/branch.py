@@ -96,18 +96,20 @@ def certify(
             return Certificate(leaves, min(few.lower, best.upper), best, at, nodes, True)
         if few.lower > bound:
             begun = leaves
-    proved = min(leaf.bound(mass) for leaf in begun)
-    if start is None and 0 < q < len(FEW) and proved < WEAK * best.upper < math.inf:
-        begun = max([begun, *_without(mass, gap, at, until)], key=lambda own: min(leaf.bound(mass) for leaf in own))
-        proved = min(leaf.bound(mass) for leaf in begun)
-    if start is None and proved < (1 - gap) * best.upper:
+    own = [leaf.bound(mass) for leaf in begun]
+    if start is None and 0 < q < len(FEW) and min(own) < WEAK * best.upper < math.inf:
+        for other in _without(mass, gap, at, until):
+            proved = [leaf.bound(mass) for leaf in other]
+            if min(proved) > min(own):
+                begun, own = other, proved
+    if start is None and min(own) < (1 - gap) * best.upper:
         best, at = elsewhere(mass, best, at, until)
-    waiting = [(leaf.bound(mass), next(serial), leaf, leaf.multipliers) for leaf in begun]
+    waiting = [(x, next(serial), leaf, leaf.multipliers, x) for x, leaf in zip(own, begun, strict=True)]
     heapq.heapify(waiting)
     while q and waiting[0][0] < min((1 - gap) * best.upper, enough) and best.upper > 0:
         if nodes >= node_limit or over(until) or max(np.subtract(waiting[0][2].high, waiting[0][2].low)) < APART:
             break
-        bound, _, leaf, optimal = heapq.heappop(waiting)
+        bound, _, leaf, optimal, _ = heapq.heappop(waiting)
         for low, high in halves(leaf.low, leaf.high, optimal):
             if out_of_order(low, high):
                 continue
@@ -117,11 +119,12 @@ def certify(
                 if found.upper < best.upper * (1 - WORTH_A_DESCENT):
                     best, at = descend(mass, found, there, until)
             # what holds for the parent's box holds for its half
-            heapq.heappush(waiting, (max(search.bound, bound), next(serial), search.leaf, search.optimal))
+            likely = max(search.bound, bound)
+            heapq.heappush(waiting, (likely, next(serial), search.leaf, search.optimal, search.bound))
         if progress:
             progress(nodes, nodes + len(waiting))
-    leaves = [leaf for _, _, leaf, _ in waiting]
-    lower = min(leaf.bound(mass) for leaf in leaves)
+    leaves = [leaf for _, _, leaf, _, _ in waiting]
+    lower = min(x for *_, x in waiting)  # what each proves by itself
     complete = best.upper == 0 or lower >= (1 - gap) * best.upper
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
 

@@ -10,11 +10,13 @@ from __future__ import annotations
 import itertools
 import json
 import time
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from .deadline import over
 from .impossible import impossible
-from .repairs import Repair, Trials, changed, repairs
+from .repairs import Repair, Trials, changed, repairs, tried
 from .spec import Maneuver, Settings
 
 FEW = 6  # entries of which all choices are tried
@@ -66,8 +68,14 @@ def explain(
     trials.know(maneuver, proved)
     if not trials.refuted(maneuver):
         return None
-    kept = _smallest(maneuver, trials)
-    fewest, reduced = not trials.over, _only(maneuver, kept)
+
+    def impossible_with(kept: list[str]) -> bool:
+        fewer = _only(maneuver, kept)
+        return fewer is not None and trials.refuted(fewer)
+
+    kept = fewest(_entries(maneuver), impossible_with, trials.until)
+    all_tried, reduced = not trials.over, _only(maneuver, kept)
+    assert reduced is not None
     if maneuver.margin and reduced.blocks and not trials.refuted(changed(reduced, margin=0.0)):
         kept.append("margin")
     shown = impossible(reduced)
@@ -83,7 +91,7 @@ def explain(
             f"{maneuver.duration:.6g} s" + (f" past {', '.join(past)}" if past else "")
         )
     found = sorted(repairs(maneuver, fields, trials), key=lambda one: one.cost)
-    return Explanation(fields, because, tuple(found), fewest and not trials.over)
+    return Explanation(fields, because, tuple(found), all_tried and not trials.over)
 
 
 def _entries(maneuver: Maneuver) -> list[str]:
@@ -92,33 +100,34 @@ def _entries(maneuver: Maneuver) -> list[str]:
     return out + [name for name in ("region", "max_speed", "max_peak") if getattr(maneuver, name) is not None]
 
 
-def _only(maneuver: Maneuver, kept: list[str]) -> Maneuver:
-    """The maneuver with these entries alone."""
+def _only(maneuver: Maneuver, kept: list[str]) -> Maneuver | None:
+    """The maneuver with these entries alone; None where it would be refused, as walls that become neighbours may be."""
     obstacles = tuple(one for i, one in enumerate(maneuver.obstacles) if f"obstacles[{i}]" in kept)
     limits = {name: getattr(maneuver, name) for name in ("region", "max_speed", "max_peak") if name in kept}
     none = {"region": None, "max_speed": None, "max_peak": None}
-    return changed(maneuver, obstacles=obstacles, **(none | limits))
+    return tried(maneuver, obstacles=obstacles, **(none | limits))
 
 
-def _smallest(maneuver: Maneuver, trials: Trials) -> list[str]:
-    """The fewest entries that are still proved impossible together."""
-    entries = _entries(maneuver)
-    if len(entries) <= FEW:
-        for count in range(1, len(entries)):
-            for kept in itertools.combinations(entries, count):
-                if not trials.over and trials.refuted(_only(maneuver, list(kept))):
-                    return list(kept)
-        return entries
-    for count in (1, 2):
+def fewest(entries: list[str], refuted: Callable[[list[str]], bool], until: float) -> list[str]:
+    """The fewest entries that are still proved impossible together, as far as there is time to look.
+
+    Args:
+        refuted: whether these entries alone are proved impossible; all of them are.
+    """
+
+    def tries(kept: Iterable[str]) -> bool:
+        return not over(until) and refuted(list(kept))
+
+    for count in range(1, len(entries)) if len(entries) <= FEW else (1, 2):
         for kept in itertools.combinations(entries, count):
-            if not trials.over and trials.refuted(_only(maneuver, list(kept))):
+            if tries(kept):
                 return list(kept)
-    kept_so_far = entries
-    for name in entries:
-        fewer = [other for other in kept_so_far if other != name]
-        if not trials.over and trials.refuted(_only(maneuver, fewer)):
-            kept_so_far = fewer
-    return kept_so_far
+    left = entries
+    for name in entries if len(entries) > FEW else []:
+        fewer = [other for other in left if other != name]
+        if tries(fewer):
+            left = fewer
+    return left
 
 
 def _renamed(text: str, kept: list[str]) -> str:

@@ -20,7 +20,7 @@ from .moments import PointMass
 from .obstacles import Wall
 from .plan import Plan
 from .search import solve
-from .sensitivity import Sensitivities, sensitivities
+from .sensitivity import Sensitivities, sensitivities, without_idle
 from .spec import Exact, Maneuver, Settings, State, check, walls_only
 from .sweep import APART, in_order
 
@@ -47,8 +47,12 @@ class Peaks:
     @cached_property
     def sensitivities(self) -> tuple[Sensitivities, ...]:
         """Derivatives of each peak, as `Plan.sensitivities`."""
-        every = zip(self.queries, self.obstacle_times, self.multipliers, strict=True)
-        return tuple(sensitivities(maneuver, times, multipliers) for maneuver, times, multipliers in every)
+        out = []
+        for maneuver, times, multipliers in zip(self.queries, self.obstacle_times, self.multipliers, strict=True):
+            mass = PointMass.of(maneuver)
+            pushing = without_idle(mass, times / mass.time, multipliers)
+            out.append(sensitivities(maneuver, times, pushing))
+        return tuple(out)
 
     @property
     def gap(self) -> Array:
@@ -170,12 +174,12 @@ class PeakOracle:
         if len(sizes) > 1:
             raise SpecError(f"queries: was {sorted(sizes)} of a kind, must be as many of each, or one for all")
         queries, times = [], []
-        for k in range(sizes.pop() if sizes else 1):
+        for k in range(max(sizes, default=1)):
             one = [None if value is None else value[k] if value.ndim > depth else value for value, depth in given]
             try:
                 queries.append(self.query(one[0], one[1], one[2], one[3]))
             except SpecError as error:
-                raise SpecError(f"queries[{k}].{error}") from None
+                raise SpecError(f"queries[{k}].{error}" if sizes else str(error)) from None
             times.append(np.asarray(one[4]))
         if obstacle_times is None:
             answers = [self._answer(maneuver, None) for maneuver in queries]

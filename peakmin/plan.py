@@ -171,7 +171,7 @@ def from_bracket(
         place = tuple(times.tolist())
         proof = Proof("these" if mass.walls else "all", (Leaf(place, place, multipliers, place),))
     bound = proved(maneuver, walls, proof, times)
-    peak, limit, kept, distance = math.inf, maneuver.max_peak, False, math.inf
+    peak, kept, distance = math.inf, False, math.inf
     if motion is not None:
         peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
         if not check(crossing, motion, seconds, peak).passed:
@@ -180,10 +180,16 @@ def from_bracket(
         keeps = keeping(maneuver, motion)
         kept, distance = keeps.passed(maneuver), keeps.clearance
     multipliers = optimal(mass, times, multipliers, peak / mass.unit)
-    status: Status = "solved" if kept and peak <= (limit or math.inf) else "unknown"
-    if impossible(maneuver) is not None or (limit is not None and bound > limit and proof.scope == "all"):
-        status = "infeasible"
+    status = status_of(maneuver, kept, peak, bound, proof.scope)
     return Plan(maneuver, settings, status, motion, walls, seconds, distance, peak, bound, proof, multipliers, made)
+
+
+def status_of(maneuver: Maneuver, kept: bool, peak: float, bound: float, scope: Literal["all", "these"]) -> Status:
+    """The status of a plan: kept, whether there is a path and it keeps all that was asked; peak and bound [m/s^2]."""
+    limit = maneuver.max_peak or math.inf
+    if impossible(maneuver) is not None or (bound > limit and scope == "all"):
+        return "infeasible"
+    return "solved" if kept and peak <= limit else "unknown"
 
 
 def proved(maneuver: Maneuver, walls: tuple[Wall, ...], proof: Proof | WaysProof, times: Array) -> float:

@@ -125,7 +125,8 @@ class Trials:
 
         mass = PointMass.of(maneuver.past(maneuver.walls))
         circle = self.settings.circle.facing(Frame.from_maneuver(maneuver).angle)
-        kept = KeptProgram(maneuver, maneuver.walls, circle, Aligned(steps=COARSE)).at(certify(mass, 1e-3).times)
+        times = certify(mass, 1e-3, until=self.until).times
+        kept = KeptProgram(maneuver, maneuver.walls, circle, Aligned(steps=COARSE), until=self.until).at(times)
         return kept is not None and kept[1].upper * mass.unit <= (maneuver.max_peak or math.inf)
 
     def repair(

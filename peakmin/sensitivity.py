@@ -14,6 +14,8 @@ from .moments import PointMass, costate, impulse, normalized
 from .spec import Maneuver
 
 AGAIN = 10  # how often Newton's method goes on from where it came to
+CLOSE = 1e-8  # relative gap from which on a motion counts as the optimal one
+IDLE = 5e-8  # relative: what leaving a wall out may cost
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,8 @@ class Sensitivities:
     tips (q, 2) [1/s^2], obstacle_times (q,) [m/s^3], duration [m/s^3], start_position, goal_position (2,) [1/s^2],
     start_velocity, goal_velocity (2,) [1/s]. Obstacle times' are NaN where the optimal motion at these times is not
     found, or they are nearer to each other or to the ends than half of 1e-9 of the duration (null in a plan's file).
+    Where a wall can be left out, its tip and time count as not mattering: what crosses there by itself has a larger
+    peak at any other time, and M a kink, but none when the time may follow.
     """
 
     tips: Array
@@ -49,12 +53,14 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
     peak = float(np.sum(trial * mass.targets(times))) / area
     rates = trial / area
     pushing = np.any(rates[2:] != 0, axis=1)
-    speed = np.sum(rates[2:] * _velocities(maneuver, times, multipliers), axis=1) if np.any(pushing) else 0.0
+    speed = np.zeros(mass.walls)
+    if np.any(pushing):
+        speed[pushing] = np.sum(rates[2:] * _velocities(maneuver, times, multipliers), axis=1)[pushing]
     _, p = costate(trial, times)
     position, velocity, slope = 1 / mass.time**2, 1 / mass.time, mass.unit / mass.time
     return Sensitivities(
         tips=rates[2:] * position,
-        obstacle_times=np.where(pushing, -speed * slope, 0.0),
+        obstacle_times=-speed * slope + 0.0,
         duration=-float(rates[0] @ mass.vf + peak * np.hypot(*rates[1])) * slope,
         start_position=-(rates[0] + np.sum(rates[2:], axis=0)) * position,
         start_velocity=-p[0] / area * velocity,
@@ -68,9 +74,31 @@ def optimal(mass: PointMass, times: Array, given: Array, peak: float) -> Array:
 
     A program's own are those of its circle and grid: with few edges they may look along one of them only.
 
+    Walls that can be left out have none: where the optimum past the others is at the tips by itself, M has a kink
+    over these tips and times, and a slope on either side of zero.
+
     Args:
         peak: attained at these times [scaled]: nothing proves more.
     """
+    return without_idle(mass, times, _optimal(mass, times, given, peak))
+
+
+def without_idle(mass: PointMass, times: Array, multipliers: Array) -> Array:
+    """Multipliers (2+q, 2) that prove as much, without those of walls that can be left out; these where none can."""
+    if not far_apart(times):
+        return multipliers
+    enough = (1 - IDLE) * lower_bound(mass, times, multipliers)
+    for i in np.flatnonzero(np.any(multipliers[2:] != 0, axis=1)).tolist():
+        others = np.any(multipliers[2:] != 0, axis=1) & (np.arange(mass.walls) != i)
+        found = np.zeros_like(multipliers)
+        found[np.concatenate([[True, True], others])] = extremal(mass.only(others), times[others]).multipliers
+        if lower_bound(mass, times, found) >= enough:
+            multipliers = found
+    return multipliers
+
+
+def _optimal(mass: PointMass, times: Array, given: Array, peak: float) -> Array:
+    """The best multipliers found, of all walls."""
     own = lower_bound(mass, times, given)
     if own >= (1 - SETTLED) * peak or not far_apart(times):
         return given
@@ -88,7 +116,16 @@ def _velocities(maneuver: Maneuver, times: Array, multipliers: Array) -> Array:
 
     Not from p alone, which may be zero before a wall, after it, or both; a clear wall may be crossed beyond its tip.
     """
-    found = extremal(PointMass.of(maneuver), times, multipliers) if far_apart(times) else None
-    if found is None or math.isinf(found.upper):
-        return np.full_like(multipliers[2:], math.nan)
-    return found.motion.velocity(times)
+    mass, out = PointMass.of(maneuver), np.full_like(multipliers[2:], math.nan)
+    if not far_apart(times):
+        return out
+    pushing = np.any(multipliers[2:] != 0, axis=1)
+    # past those that push, and past all, where a motion through the others is easier to find
+    for walls in (pushing, np.ones_like(pushing)):
+        own = multipliers[np.concatenate([[True, True], walls])]
+        for start in (own, None):
+            found = extremal(mass.only(walls), times[walls], start)
+            if found.gap <= CLOSE:
+                out[walls] = found.motion.velocity(times[walls])
+                return out
+    return out

@@ -10,13 +10,16 @@ import numpy as np
 
 from .certify import Proof, lower_bound
 from .check import CHECK
+from .circle import Disc, Polygon
 from .document import digest, of, read
 from .exact import extremal, far_apart
 from .impossible import impossible
 from .keeping import extent
 from .model import load, short
 from .moments import PointMass
-from .plan import Plan, proved
+from .plan import Plan, proved, status_of
+from .sensitivity import without_idle
+from .spec import Bisection, Settings
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -71,7 +74,7 @@ def verify(text: str | bytes) -> Verification:
         and any(leaf.low != leaf.high for leaf in plan.proof.leaves)
     ):
         found.append("scope: the proof has boxes, but claims these times only")
-    found += _multipliers(plan, mass)
+    found += _status(plan, bound) + _multipliers(plan, mass)
     own = PointMass.of(plan.maneuver.past(()))  # not of walls that the file lists
     units = {"position": own.length, "velocity": own.length / own.time, "acceleration": own.unit}
     found += unlike(data, of(plan), units)
@@ -79,14 +82,16 @@ def verify(text: str | bytes) -> Verification:
 
 
 def _multipliers(plan: Plan, mass: PointMass) -> list[str]:
-    """Whether a solved plan's multipliers are the best at its times: its sensitivities are made from them."""
+    """Whether a plan's multipliers are the best at its times: its sensitivities are made from them."""
     times = plan.obstacle_times / mass.time
-    if plan.status != "solved" or not far_apart(times):
+    if not far_apart(times):
         return []
     own, best = lower_bound(mass, times, plan.multipliers), extremal(mass, times).lower
-    if own >= (1 - NEARLY) * best:
-        return []
-    return [f"multipliers: prove {own * mass.unit!r} m/s² at these times, others {best * mass.unit!r}"]
+    if not own >= (1 - NEARLY) * best:
+        return [f"multipliers: prove {own * mass.unit!r} m/s² at these times, others {best * mass.unit!r}"]
+    if without_idle(mass, times, plan.multipliers) is not plan.multipliers:
+        return ["multipliers: are of walls that can be left out"]
+    return []
 
 
 def _kept(plan: Plan) -> list[str]:
@@ -99,6 +104,13 @@ def _kept(plan: Plan) -> list[str]:
     if plan.status == "solved" and not keeps.passed(plan.maneuver):
         found.append("status: solved, but the path does not keep its obstacles, margin, region or speed")
     return found
+
+
+def _status(plan: Plan, bound: float) -> list[str]:
+    """Whether what is stated as unknown is: solved and infeasible are looked at where their reasons are."""
+    kept = plan.trajectory is not None and plan.keeping().passed(plan.maneuver)
+    known = status_of(plan.maneuver, kept, plan.peak, bound, plan.scope)
+    return [f"status: unknown, but it is {known}"] if plan.status == "unknown" != known else []
 
 
 def unlike(data: dict[str, Any], again: dict[str, Any], units: dict[str, float]) -> list[str]:
@@ -131,9 +143,21 @@ def moved(plan: Plan | ArmPlan, motion: Trajectory) -> list[str]:
         found.append(f"walls: not crossed as stated, {result.walls:.2e} of the maneuver's size")
     if not result.peak <= 1e-12:
         found.append(f"peak: was stated as {plan.peak!r}, the control has {motion.peak()!r} m/s²")
+    if not _tested(plan.settings) and plan.peak > _most(plan.settings.circle) * motion.peak() * (1 + SAME):
+        found.append(f"peak: was stated as {plan.peak!r}, the control has no more than {motion.peak()!r} m/s²")
     if plan.status == "solved" and not plan.peak >= plan.lower_bound * (1 - SAME):
         found.append(f"peak: was stated as {plan.peak!r}, below the bound {plan.lower_bound!r} m/s²")
     return found
+
+
+def _tested(settings: Settings) -> bool:
+    """Whether the peak may be the last M that a program was solved for, and its control below it."""
+    return isinstance(settings.method, Bisection) and not settings.method.verified
+
+
+def _most(circle: Disc | Polygon) -> float:
+    """How far the circle's M may be above |u|, as a factor."""
+    return 1 / math.cos(math.pi / (4 * circle.segments)) if isinstance(circle, Polygon) else 1.0
 
 
 def bounded(plan: Plan | ArmPlan, bound: float, closed: bool) -> list[str]:

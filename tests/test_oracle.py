@@ -74,7 +74,7 @@ def test_programs_are_compiled_once_for_each_thread():
         ({"duration": [[1], [2]]}, r"^queries: was of shapes"),
         ({"start": pm.State(position=(0, 0))}, r"^start: was State"),
         ({"duration": -1}, r"^duration: was -1.0"),
-        ({"goal": [np.nan, 0]}, r"^position\[0\]: was nan"),
+        ({"goal": [np.nan, 0]}, r"^goal\.position\[0\]: was nan"),
     ],
 )
 def test_wrong_queries_are_refused_in_one_line(query, words):
@@ -172,7 +172,7 @@ def test_a_wall_that_is_crossed_beyond_its_tip_has_slopes_all_the_same(wall, tim
 
 @pytest.mark.parametrize("times", [(0.0, 0.5), (0.5, 0.5), (0.5, 1 - 1e-11)])
 def test_slopes_that_are_not_known_are_no_numbers_and_null_in_files(times):
-    plan = pm.solve(wall_maneuver(obstacles=[pm.Wall(tip=(0.3, 0.3)), pm.Wall(tip=(0.7, 0.5))]))
+    plan = pm.solve(wall_maneuver(obstacles=[pm.Wall(tip=(0.3, 0.3)), pm.Wall(tip=(0.7, -0.5), direction=(0, 1))]))
     there = dataclasses.replace(plan, obstacle_times=np.array(times))
     assert np.all(np.isnan(there.sensitivities.obstacle_times))
     assert np.all(np.isfinite(there.sensitivities.tips))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from ..deadline import over
-from ..explain import Explanation
+from ..explain import Explanation, fewest
 from ..repairs import Repair, limited, upwards
 from ..spec import Settings
 from .flood import FLOODS, flood
@@ -32,17 +32,17 @@ def explain_arm(plan: ArmPlan, time_limit: float) -> Explanation | None:
         return None
     until, maneuver = time.perf_counter() + min(time_limit, plan.settings.time_limit or time_limit), plan.maneuver
     if math.isinf(plan.lower_bound):
-        kept = _fewest(maneuver, closed, until)
+        kept = fewest(_obstacles(maneuver), lambda names: closed(_only(maneuver, names)), until)
         fields = (*kept, "margin") if maneuver.margin and not closed(_with(maneuver, margin=0.0)) else tuple(kept)
         because = "the links cannot get past from start to goal, whatever they do"
         found = sorted(_open_again(maneuver, fields, plan.settings, until), key=lambda one: one.cost)
         return Explanation(fields, because, tuple(found), not over(until))
     assert maneuver.max_peak is not None
 
-    def slow(fewer: ArmManeuver) -> bool:
-        return solve_arm(fewer, limited(plan.settings, until)).status == "infeasible"
+    def slow(names: list[str]) -> bool:
+        return solve_arm(_only(maneuver, names), limited(plan.settings, until)).status == "infeasible"
 
-    kept = _fewest(maneuver, slow, until)
+    kept = [] if slow([]) else fewest(_obstacles(maneuver), slow, until)
     because = (
         f"max_peak {maneuver.max_peak:.6g} m/s² is below {plan.lower_bound:.6g} m/s², the least that any motion of the "
         f"arm needs in {maneuver.duration:.6g} s"
@@ -63,14 +63,14 @@ def _with(maneuver: ArmManeuver, **fields: object) -> ArmManeuver:
     return ArmManeuver(arm=maneuver.arm, **every)
 
 
-def _fewest(maneuver: ArmManeuver, refuted: Callable[[ArmManeuver], bool], until: float) -> list[str]:
-    """Obstacles none of which can be left out, so that the rest is still refuted; more when the time is over."""
-    kept = list(range(len(maneuver.obstacles)))
-    for i in list(kept):
-        fewer = [k for k in kept if k != i]
-        if not over(until) and refuted(_with(maneuver, obstacles=tuple(maneuver.obstacles[k] for k in fewer))):
-            kept = fewer
-    return [f"obstacles[{k}]" for k in kept]
+def _obstacles(maneuver: ArmManeuver) -> list[str]:
+    return [f"obstacles[{i}]" for i in range(len(maneuver.obstacles))]
+
+
+def _only(maneuver: ArmManeuver, names: list[str]) -> ArmManeuver:
+    """The task past these obstacles alone."""
+    every = zip(_obstacles(maneuver), maneuver.obstacles, strict=True)
+    return _with(maneuver, obstacles=tuple(one for name, one in every if name in names))
 
 
 def _solved(

@@ -42,6 +42,11 @@ def verify_arm(text: str | bytes) -> tuple[ArmPlan, float, list[str]]:
     elif data["peak"] is not None or plan.status == "solved":
         found.append("status: there is no motion, so no peak and no solution")
     bound = plan.proof.bound(plan.maneuver)
+    limit = plan.maneuver.max_peak or math.inf
+    if plan.status == "unknown" and (math.isinf(bound) or bound > limit):
+        found.append("status: unknown, but it is infeasible")
+    if plan.status == "unknown" and plan.free and not plan.exceeded and plan.peak <= limit:
+        found.append("status: unknown, but it is solved")
     found += bounded(plan, bound, math.isinf(bound))
     mass, size = PointMass.of(plan.crossing), workspace.size
     units = {"position": size, "velocity": size / mass.time, "acceleration": size / mass.time**2, "joints": 1.0}
