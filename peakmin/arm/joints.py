@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline, PPoly
 
 from ..arrays import Array
@@ -192,15 +192,25 @@ def steadiest(chain: Chain, start: Array, goal: Array) -> tuple[tuple[int, int],
 
 
 def closely(path: JointPath) -> Array:
-    """Instants [s] at which limits and speeds are looked at: close together where a joint is fast or nearly straight.
+    """Instants [s] at which limits and speeds are looked at: close together where any joint's angle or speed is
+    largest, and where two links are nearly straight.
 
     Angles have no bounded speed there, so a grid would miss their peaks.
     """
     t = np.union1d(np.linspace(0, path.duration, 2 * GRID + 1), path.motion.nodes)
     for _ in range(CLOSER):
         theta, rates, _ = path.rates(t)
-        bend = np.abs(np.sin(theta[:, path.pair[1]] - theta[:, path.pair[0]]))
-        order = np.concatenate([np.argsort(bend)[:PLACES], np.argsort(-np.max(np.abs(rates), axis=1))[:PLACES]])
+        straight = -np.abs(np.sin(theta[:, path.pair[1]] - theta[:, path.pair[0]]))
+        angles, speeds = path.angles(t), np.abs(np.diff(rates, axis=-1, prepend=0.0))
+        every = np.column_stack([straight, speeds, angles, -angles])
+        order = np.concatenate([_highest(column) for column in every.T])
         low, high = t[np.maximum(order - 1, 0)], t[np.minimum(order + 1, len(t) - 1)]
         t = np.union1d(t, np.linspace(low, high, PLACES))
     return t
+
+
+def _highest(x: Array) -> NDArray[np.intp]:
+    """The largest local maxima of samples (m,), their indices: at most so many."""
+    before, after = np.append(-np.inf, x[:-1]), np.append(x[1:], -np.inf)
+    there = np.flatnonzero((x >= before) & (x >= after))
+    return there[np.argsort(-x[there], kind="stable")[:PLACES]]
