@@ -10,13 +10,15 @@ import shapely
 from scipy.interpolate import CubicSpline
 
 import peakmin as pm
+from peakmin import cli
+from peakmin.advice import advice
 from peakmin.arm import terminal
 from peakmin.arm.clearance import link_clearance
 from peakmin.arm.compare import compare
 from peakmin.arm.course import Course
 from peakmin.arm.dynamics import torques
 from peakmin.arm.explain import explain_arm
-from peakmin.arm.joints import JointPath
+from peakmin.arm.joints import JointPath, closely
 from peakmin.arm.kinematics import Chain, Pair
 from peakmin.arm.maneuver import postures
 from peakmin.arm.passage import Turned, passages
@@ -458,12 +460,47 @@ def test_forged_changes_of_elbow_are_refused(elbow):
 
 
 def test_full_turns_of_the_start_count():
-    links = [pm.Link(**ROD, limits=(-1, 2)), pm.Link(**ROD)]
-    start, goal = pm.Pose(joints=(0.2 + 2 * np.pi, 1.0)), pm.Pose(joints=(1 + 2 * np.pi, 0.7))
-    plan = pm.solve(small(arm=pm.Arm(links=links), start=start, goal=goal))
-    assert plan.status == "unknown"
-    assert plan.angles(0.0) == pytest.approx(start.joints)
-    assert plan.exceeded[0].startswith("arm.links[0].limits")
+    """Those of the goal do not: its angles are what the motion makes them."""
+    arm = pm.Arm(links=[pm.Link(**ROD, limits=(-1, 2)), pm.Link(**ROD)])
+    near, far = pm.Pose(joints=(0.2, 1.0)), pm.Pose(joints=(1 + 2 * np.pi, 0.7))
+    plan = pm.solve(small(arm=arm, start=near, goal=far, obstacles=()))
+    assert plan.status == "solved"
+    assert plan.angles(plan.maneuver.duration) == pytest.approx([1, 0.7])
+    turned = pm.Pose(joints=(0.2 + 2 * np.pi, 1.0))
+    with pytest.raises(
+        pm.SpecError, match=r"^start.joints\[0\]: was 6.48319 rad, must be within arm.links\[0\].limits"
+    ):
+        small(arm=arm, start=turned, goal=far)
+    free = pm.Arm(links=[pm.Link(**ROD), pm.Link(**ROD)])
+    assert pm.solve(small(arm=free, start=turned, goal=far)).angles(0.0) == pytest.approx(turned.joints)
+
+
+@pytest.mark.parametrize(
+    ("limits", "poses", "words"),
+    [
+        ((-0.5, 0.6), {"goal": pm.Pose(joints=(0.7, 1.0))}, r"^goal.joints\[0\]: was 0.7 rad"),
+        ((-0.5, 0.6), {"goal": pm.Pose(tip=(0.1, 1.7))}, r"^goal.tip: was \[0.1, 1.7\], joint 1 2.06\d+ rad"),
+        ((2.0, 3.0), {"start": pm.Pose(tip=(1.9, 0.1))}, r"^start.tip: was \[1.9, 0.1\], joint 1 \S+ rad"),
+    ],
+)
+def test_poses_outside_of_the_limits_are_refused(limits, poses, words):
+    arm = pm.Arm(links=[pm.Link(**ROD, limits=limits), pm.Link(**ROD)])
+    fitting = pm.Pose(joints=(sum(limits) / 2, 1.0))
+    with pytest.raises(pm.SpecError, match=words):
+        small(arm=arm, **({"start": fitting, "goal": fitting} | poses))
+
+
+@pytest.mark.parametrize(("short", "kept"), [(1e-12, True), (1e-6, False)])
+def test_a_limit_may_be_where_a_motion_ends(short, kept):
+    """Up to rounding errors of sums and differences; and one of two elbows within its limits is enough."""
+    ends = {"start": pm.Pose(joints=(0.7, 0.1)), "goal": pm.Pose(joints=(0.2, 1.2))}
+    free = pm.solve(small(**ends, obstacles=()))
+    highest = float(np.max(free.angles(np.linspace(0, 2, 2001))[:, 0]))
+    arm = pm.Arm(links=[pm.Link(**ROD, limits=(-1, highest - short)), pm.Link(**ROD)])
+    same = dataclasses.replace(free, maneuver=free.maneuver.model_copy(update={"arm": arm}))
+    assert (same.exceeded == []) == kept
+    elbows = pm.Arm(links=[pm.Link(**ROD), pm.Link(**ROD, limits=(0, 2))])
+    small(arm=elbows, start=ends["start"], goal=pm.Pose(tip=(1.2, 0.9)))
 
 
 def test_an_arm_spec_is_no_spec_of_a_centre_of_mass():
@@ -526,3 +563,63 @@ def test_angles_that_look_like_degrees_are_pointed_out():
     assert "start.joints[0] is 90 rad, 14.3 turns" in said
     assert "start.joints[1] is -45 rad, 7.16 turns" in said
     assert "goal.joints" not in said
+
+
+def test_limits_that_look_like_degrees_are_pointed_out():
+    links = [pm.Link(**ROD, limits=(-150, 150)), pm.Link(**ROD)]
+    said = terminal.facts(pm.solve(small(arm=pm.Arm(links=links))))
+    assert "arm.links[0].limits is 150 rad, 23.9 turns" in said
+
+
+def test_contacts_are_where_the_arm_is_close():
+    """An obstacle time at which an obstacle, as a wall, only bends the path is none."""
+    arm = pm.Arm(links=[pm.Link(length=0.9, mass=2, half_width=0.03), pm.Link(length=0.7, mass=1, half_width=0.03)])
+    block = pm.Block(vertices=[(1.1, 0.0), (1.5, 0.0), (1.5, 0.15), (1.1, 0.15)])
+    for goal in ((0.9, 0.9), (1.0, 0.7)):
+        task = small(arm=arm, start=pm.Pose(tip=(1.0, -0.8), elbow="up"), goal=pm.Pose(tip=goal, elbow="up"))
+        plan = pm.solve(task.model_copy(update={"obstacles": (block,), "margin": 0.02}))
+        workspace = Workspace(plan.maneuver)
+        for t, contact in zip(plan.contact_times, plan.contacts, strict=True):
+            theta = plan.joints.absolute(t)
+            assert np.min(workspace.clearance(theta)) <= 0.02 + 2e-3 * workspace.size
+            link = shapely.LineString(workspace.chain.joints(theta)[contact.link : contact.link + 2])
+            assert link.distance(shapely.Point(contact.at)) <= 0.03 + 0.02 + 2e-3 * workspace.size
+    plan = dataclasses.replace(plan, obstacle_times=np.array([0.01, 1.99]))
+    assert not {0.01, 1.99} & set(plan.contact_times)
+
+
+def test_what_an_arm_does_not_keep_has_its_own_advice():
+    links = [pm.Link(**ROD, max_speed=0.2), pm.Link(**ROD)]
+    plan = pm.solve(small(arm=pm.Arm(links=links), obstacles=()))
+    assert plan.status == "unknown"
+    assert plan.free
+    assert advice(plan)[1:] == ["a larger max_speed, or a longer duration"]
+
+
+def test_the_simulation_refuses_what_it_cannot_follow(tmp_path, two_link):
+    path = dataclasses.replace(two_link.clear, within=-0.1)
+    with pytest.raises(pm.PeakminError, match="leaves what is in reach"):
+        simulate(dataclasses.replace(two_link, clear=path))
+    data = json.loads(two_link.to_json())
+    data["joints"][30][0] += 0.01
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    with pytest.raises(pm.SpecError, match=r"^digest: was that of another text"):
+        cli.simulate_command(tmp_path / "plan.json")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_speeds_are_looked_at_where_each_joint_is_fastest(seed):
+    """Also the slower joint's, and where two of its peaks are nearly as large."""
+    rng = np.random.default_rng(seed)
+    links = [pm.Link(length=x, mass=m) for x, m in rng.uniform(0.5, 2, (2, 2))]
+    start, goal = (pm.Pose(joints=(float(rng.uniform(-3, 3)), float(rng.uniform(0.3, 2.8)))) for _ in range(2))
+    path = pm.solve(pm.ArmManeuver(arm=pm.Arm(links=links), start=start, goal=goal, duration=1)).joints
+    assert not path.changes
+
+    def speeds(t):
+        return np.abs(np.diff(path.rates(t)[1], axis=-1, prepend=0.0))
+
+    coarse = np.linspace(0, 1, 50_001)
+    for k, at in enumerate(coarse[np.argmax(speeds(coarse), axis=0)]):
+        near = np.clip(at + np.linspace(-2e-5, 2e-5, 4001), 0, 1)
+        assert np.max(speeds(closely(path))[:, k]) >= np.max(speeds(near)[:, k]) * (1 - 1e-8)

@@ -11,6 +11,7 @@ import pytest
 
 import peakmin as pm
 from peakmin import api
+from peakmin.branch import certify
 from peakmin.cli import main
 from peakmin.explain import explain
 from peakmin.impossible import impossible, least_way
@@ -214,3 +215,24 @@ def test_a_speed_that_is_enough_is_nearly_the_least():
     asked = maneuver(goal=pm.State(position=(2, 0)), duration=2.5, max_speed=0.7, obstacles=walls)
     (speed,) = repairs(asked, ("max_speed",), Trials(COARSE, math.inf))
     assert speed.maneuver.max_speed <= 1.2
+
+
+def test_walls_that_cannot_be_neighbours_are_not_left_alone_with_each_other():
+    """Without the second one, the first and the third stand on one line: that is no maneuver, and no reason to refuse."""
+    walls = [pm.Wall(tip=(0.5, 0.2)), pm.Wall(tip=(0.6, 0.3), direction=(0.01, -1)), pm.Wall(tip=(0.5, 0.3))]
+    settings = pm.Settings(grid=pm.Aligned(steps=40), search=pm.GlobalSearch(gap=0.02), time_limit=2)
+    why = pm.solve(maneuver(obstacles=walls, max_peak=5.5), settings).explanation
+    assert why.conflict == ("obstacles[1]", "max_peak", "duration")
+
+
+def test_quick_looks_end_with_the_explanation(monkeypatch):
+    untils = []
+
+    def told(*args, until=math.inf, **options):
+        untils.append(until)
+        return certify(*args, until=until, **options)
+
+    monkeypatch.setattr("peakmin.repairs.certify", told)
+    assert pm.explain(CASES["speed past a wall"][0], pm.Settings(grid=pm.Aligned(steps=40), time_limit=2)) is not None
+    assert untils
+    assert all(np.isfinite(untils))

@@ -108,3 +108,25 @@ def test_a_motion_is_found_where_gaps_lead_to_none():
     assert plan.clearance >= 0.02
     assert len(plan.elbow_changes) == 1
     assert pm.verify(plan.to_json()).passed
+
+
+def test_the_fewest_obstacles_that_close_the_way_are_named():
+    """A claw that closes it alone, listed before two bars that do it together."""
+    arm = pm.Arm(links=[pm.Link(length=1, mass=1), pm.Link(length=1, mass=1)])
+
+    def polar(*corners):
+        return pm.Block(vertices=[(r * np.cos(np.radians(a)), r * np.sin(np.radians(a))) for r, a in corners])
+
+    claw = [(0.3, 70), (2.6, 70), (3.6, 35), (3.6, 0), (3.6, -35), (2.6, -70), (0.3, -70)]
+    inside = [(0.35, -62), (2.3, -66), (2.6, -35), (2.6, 0), (2.6, 35), (2.3, 66), (0.35, 62)]
+    bars = [polar((0.3, a - 3), (2.4, a - 0.75), (2.4, a + 0.75), (0.3, a + 3)) for a in (110, -110)]
+    task = pm.ArmManeuver(
+        arm=arm,
+        start=pm.Pose(joints=(np.pi, 0.3)),
+        goal=pm.Pose(joints=(0, 0.3)),
+        duration=2,
+        obstacles=[polar(*claw, *inside), *bars],
+    )
+    plan = pm.solve(task, pm.Settings(grid=pm.Aligned(steps=50), time_limit=10))
+    assert plan.status == "infeasible"
+    assert plan.explanation.conflict == ("obstacles[0]",)

@@ -10,6 +10,7 @@ import peakmin as pm
 from peakmin.certify import lower_bound
 from peakmin.check import check
 from peakmin.document import digest, of, read
+from peakmin.exact import extremal
 from peakmin.moments import PointMass
 from peakmin.sensitivity import optimal
 from peakmin.trajectory import HoldTrajectory
@@ -247,3 +248,42 @@ def test_how_a_plan_was_made_is_numbers_and_problems_are_printable(written, tmp_
     with pytest.raises(SystemExit):
         main(["verify", str(path)])
     assert "\\ud800: must be left out" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("asked", [{}, {"max_peak": 5.0}], ids=["solved", "infeasible"])
+def test_what_is_known_is_not_stated_as_unknown(asked):
+    plan = pm.solve(wall_maneuver(**asked))
+    assert plan.status == ("infeasible" if asked else "solved")
+    (problem,) = pm.verify(json.dumps(of(dataclasses.replace(plan, status="unknown")))).problems
+    assert problem == f"status: unknown, but it is {plan.status}"
+
+
+@pytest.mark.parametrize(
+    ("settings", "most"),
+    [({}, 1.0), ({"circle": pm.Polygon(segments=2)}, 1 / np.cos(np.pi / 8)), ({"method": pm.Exact()}, 1.0)],
+    ids=["disc", "polygon", "exact"],
+)
+def test_a_peak_is_not_stated_too_large(settings, most):
+    plan = pm.solve(wall_maneuver(), pm.Settings(**settings))
+    largest = float(most * plan.trajectory.peak())
+    for peak, passes in ((largest, True), (largest * (1 + 1e-6), False), (1e6, False)):
+        found = pm.verify(json.dumps(of(dataclasses.replace(plan, peak=peak))))
+        assert found.passed == passes
+        assert passes or found.problems[0].startswith(f"peak: was stated as {peak!r}, the control has no more than ")
+
+
+def test_the_last_peak_that_was_asked_for_may_be_stated():
+    """The paper's bisection stops with one that its program could keep, and the control keeps a smaller one."""
+    plan = pm.solve(wall_maneuver(), pm.Settings(method=pm.Bisection(verified=False, tolerance=0.05)))
+    assert plan.peak > plan.trajectory.peak() * (1 + 1e-6)
+    assert pm.verify(plan.to_json()).passed
+
+
+def test_multipliers_of_walls_that_can_be_left_out_are_refused():
+    """They prove as much, and make other slopes."""
+    plan = pm.solve(wall_maneuver(obstacles=[pm.Wall(tip=(0.3, -0.2))]), pm.Settings(method=pm.Exact()))
+    assert not np.any(plan.multipliers[2])
+    others = extremal(PointMass.of(plan.crossing), plan.obstacle_times / plan.maneuver.duration).multipliers
+    forged = dataclasses.replace(plan, multipliers=others)
+    if np.any(others[2]):
+        assert pm.verify(json.dumps(of(forged))).problems == ("multipliers: are of walls that can be left out",)

@@ -73,6 +73,23 @@ def test_time_limits_are_kept(monkeypatch, name, limit):
     assert plan.lower_bound >= 0
 
 
+@pytest.mark.uncounted
+def test_a_time_limit_is_kept_by_a_search_with_many_boxes(monkeypatch):
+    """Each box is bounded anew in the end: that takes some of the time, too."""
+    monkeypatch.setattr(deadline, "time", SimpleNamespace(perf_counter=time.process_time))
+    walls = [
+        pm.Wall(tip=(0.275, -0.523), direction=(-0.076, -1)),
+        pm.Wall(tip=(0.473, 1.278), direction=(-0.214, 1)),
+        pm.Wall(tip=(0.764, -0.172), direction=(0, 1)),
+    ]
+    start = pm.State(position=(0, 0), velocity=(-0.457, -2.453))
+    goal = pm.State(position=(1, 0), velocity=(0.021, 0.262))
+    began = time.process_time()
+    plan = pm.solve(wall_maneuver(start=start, goal=goal, obstacles=walls), pm.Settings(time_limit=4.0))
+    assert time.process_time() - began <= 1.2 * 4
+    assert plan.made.nodes > 100
+
+
 def test_what_is_left_of_a_long_search_is_used(monkeypatch):
     """The limit is no excuse: a path is found in a few seconds, and found with a limit that is as long."""
     monkeypatch.setattr(deadline, "time", SimpleNamespace(perf_counter=time.process_time))

@@ -193,3 +193,43 @@ def test_a_silent_leg_has_slopes_too():
     asked = wall_maneuver(obstacles=[pm.Wall(tip=(0.5, 0.5))])
     found = pm.PeakOracle(asked).peaks(obstacle_times=[[0.9], [0.1]])
     np.testing.assert_allclose([one.obstacle_times[0] for one in found.sensitivities], [2000 * 2**0.5, -2000 * 2**0.5])
+
+
+@pytest.mark.parametrize("method", [pm.Direct(), pm.Exact()], ids=lambda method: method.kind)
+def test_walls_that_can_be_left_out_do_not_matter(method):
+    """The straight path crosses their lines beyond the tips, at this time only: M has a kink over it."""
+    maneuver = wall_maneuver(obstacles=[pm.Wall(tip=(0.3, -0.2)), pm.Wall(tip=(0.7, -0.2))])
+    plan = pm.solve(maneuver, pm.Settings(method=method))
+    assert plan.peak == pytest.approx(4, rel=1e-4)
+    found = plan.sensitivities
+    assert not np.any(found.tips)
+    assert not np.any(found.obstacle_times)
+    np.testing.assert_allclose(found.goal_position, [4, 0], atol=1e-6)
+    assert pm.verify(plan.to_json()).passed
+    h, oracle = 1e-4, pm.PeakOracle(maneuver)
+    alone, before, after = oracle.peaks(obstacle_times=plan.obstacle_times + np.array([[0, 0], [-h, 0], [h, 0]])).peak
+    assert min(before, after) - alone > 5 * h
+    assert not np.any(oracle.peaks(obstacle_times=[plan.obstacle_times]).sensitivities[0].obstacle_times)
+    # a wall that pushes is not left out
+    pushing = pm.solve(wall_maneuver(obstacles=[pm.Wall(tip=(0.3, 0.01)), pm.Wall(tip=(0.7, -0.2))])).sensitivities
+    assert np.any(pushing.tips[0])
+    assert not np.any(pushing.tips[1])
+
+
+def test_slopes_are_those_of_an_optimal_motion_or_not_known():
+    """Newton's method does not settle from the multipliers here: what it ends with is no motion to take speeds from."""
+    maneuver = pm.Maneuver(
+        start=pm.State(position=(0, 0)),
+        goal=pm.State(position=(0.3368965761399726, 0.00475931626877543)),
+        duration=0.9841438265266302,
+        obstacles=[
+            pm.Wall(tip=(0.08522538415777355, 0.2120666727495831)),
+            pm.Wall(tip=(0.1396766166401227, -0.08778179121489299)),
+            pm.Wall(tip=(0.2292633356005748, 0.1816595791611888), direction=(0.1134759940177707, 1)),
+        ],
+    )
+    times, h = np.array([0.18713717113549697, 0.7328759862801887, 0.8777829690062212]), 1e-6
+    found = pm.PeakOracle(maneuver).peaks(obstacle_times=times + h * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)]))
+    slopes = (found.peak[1:4] - found.peak[4:]) / (2 * h)
+    stated = found.sensitivities[0].obstacle_times
+    assert np.all(np.isnan(stated) | (np.abs(stated - slopes) <= 1e-3 * np.max(np.abs(slopes))))
