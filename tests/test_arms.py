@@ -267,7 +267,7 @@ def test_a_peak_below_the_bound_is_proved_infeasible():
 
 
 def test_limits_of_joints_are_reported():
-    links = [pm.Link(**ROD, max_speed=0.1), pm.Link(**ROD, limits=(-1.0, 0.0))]
+    links = [pm.Link(**ROD, max_speed=0.1), pm.Link(**ROD, limits=(-1.7, 0.0))]
     plan = pm.solve(small(arm=pm.Arm(links=links)))
     assert plan.status == "unknown"
     assert [one.split(":")[0] for one in plan.exceeded] == ["arm.links[0].max_speed", "arm.links[1].limits"]
