@@ -161,26 +161,26 @@ class Cells:
         return self.through(inside) or self.through(every)
 
     @cached_property
-    def _region(self) -> Any:
-        """The region in the frame, a polygon, and how far rounding errors may have moved it [m]; or None."""
+    def _region(self) -> tuple[Any, float] | None:
+        """The region in the frame, a polygon, and the extent of it and of everything else [m]; or None."""
         import shapely
 
         if self.maneuver.region is None:
             return None
         corners = self.frame.position(np.array(self.maneuver.region))
-        return shapely.Polygon(corners), SAME * max(self.extent, float(np.max(np.abs(corners)))) + self.grain
+        return shapely.Polygon(corners), max(self.extent, float(np.max(np.abs(corners))))
 
     def _in_region(self, gap: Gap) -> bool:
-        """Whether a path that keeps the region can be in the gap."""
+        """Whether a path that keeps the region can be in the gap, but for rounding errors."""
         import shapely
 
         if self._region is None:
             return True
-        region, room = self._region
-        far = 2 * max(self.extent, *map(abs, region.bounds))
-        (a, c), (b, d) = (np.clip(ends, -far, far) for ends in (gap.low, gap.high))
+        region, extent = self._region
+        (a, c), (b, d) = (np.clip(ends, -2 * extent, 2 * extent) for ends in (gap.low, gap.high))
         x, y = gap.across
-        return bool(shapely.Polygon([(x, a), (y, c), (y, d), (x, b)]).distance(region) <= room)
+        there = shapely.Polygon([(x, a), (y, c), (y, d), (x, b)])
+        return bool(there.distance(region) <= SAME * extent + self.grain)
 
     def through(self, way: Way) -> Way | None:
         """The way without gaps that lead nowhere; None where nothing is left."""

@@ -14,6 +14,7 @@ from peakmin.exact import extremal
 from peakmin.moments import PointMass
 from peakmin.sensitivity import optimal
 from peakmin.trajectory import HoldTrajectory
+from peakmin.verify import _multipliers
 
 from .conftest import wall_maneuver
 
@@ -287,3 +288,12 @@ def test_multipliers_of_walls_that_can_be_left_out_are_refused():
     forged = dataclasses.replace(plan, multipliers=others)
     if np.any(others[2]):
         assert pm.verify(json.dumps(of(forged))).problems == ("multipliers: are of walls that can be left out",)
+
+
+def test_multipliers_of_times_that_coincide_are_not_looked_at():
+    """Nothing is known there: any slopes over them are said to be unknown."""
+    plan = pm.solve(wall_maneuver(obstacles=[pm.Wall(tip=(0.3, 0.3)), pm.Wall(tip=(0.7, 0.5))]))
+    mass = PointMass.of(plan.crossing)
+    for times, problems in (([0.5, 0.5 + 1e-10], 0), ([0.5, 0.6], 1)):
+        there = dataclasses.replace(plan, obstacle_times=np.array(times), multipliers=np.zeros((4, 2)))
+        assert len(_multipliers(there, mass)) == problems

@@ -250,6 +250,16 @@ def test_gaps_outside_of_the_region_are_no_ways(low, high, first, second):
     assert [len(gaps) for gaps in cells.gaps] == [1, 2, 1, 2, 1]
 
 
+@pytest.mark.parametrize("region", [False, True])
+@pytest.mark.parametrize(("off", "second"), [(5e-10, (0, 1)), (2e-9, (0,))])
+def test_a_region_is_off_by_rounding_errors_of_all_there_is(region, off, second):
+    """Of a region that goes far back, or of a block that goes far down."""
+    first = box(0.2, 0.4, -0.5 if region else -1e3, 0.2)
+    back = 1e3 if region else 0.5
+    corners = [(-back, -0.6), (1.5, -0.6), (1.5, 0.5 - off), (-back, 0.5 - off)]
+    assert Cells(past(first, TWO.blocks[1], region=corners)).ways[3] == second
+
+
 def test_a_gap_that_widens_into_the_region_is_a_way():
     """Its section in the middle of the strip is outside, one of its ends is not; a small block in a large region."""
     slope = pm.Block(vertices=[(0.2, -0.5), (0.8, -0.5), (0.8, 0.6), (0.2, 0.1)])
