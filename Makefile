@@ -11,8 +11,8 @@ paper: .venv/installed
 test: .venv/installed lint
 	rm -rf out/notebooks && mkdir -p out && cp -r notebooks out/
 	$(BIN)/pytest -n 2 -p no:benchmark --nbmake --overwrite out/notebooks
-	$(BIN)/pytest -n 2 -p no:benchmark -m uncounted
-	$(BIN)/pytest -n 2 -p no:benchmark -m "not uncounted" --cov=peakmin --cov-report=term:skip-covered
+	$(BIN)/pytest -n 2 --dist worksteal -p no:benchmark -m uncounted
+	$(BIN)/pytest -n 2 --dist worksteal -p no:benchmark -m "not uncounted" --cov=peakmin --cov-report=term:skip-covered
 
 notebooks: .venv/installed
 	$(BIN)/python notebooks/remake.py notebooks/*.ipynb

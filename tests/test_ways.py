@@ -134,6 +134,7 @@ def test_a_slit_far_from_the_origin_stays_open(degrees):
                 assert len(slit) == 1
 
 
+@pytest.mark.uncounted
 @pytest.mark.parametrize("changes", [{}, {"margin": 0.01}, {"sides": ("left", "right")}])
 def test_the_peak_is_the_same_far_from_the_origin(changes):
     here = pm.solve(displaced((0, 0), 40, 0.05, **dict(changes)))
