@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from .errors import SpecError
 
 LARGEST = 1e100  # of any number in a spec, in SI units: squares and products stay finite
+FASTEST = 1e90  # m/s^2, of a maneuver's own size: what comes of it stays below LARGEST
 MAX_FILE_BYTES = 64 * 2**20
 MOST_PARTS = 5_000_000  # lists and objects of a document: each takes some hundred bytes
 MOST_DEEP = 500  # one in another; less than what Python and pydantic follow
@@ -41,6 +42,13 @@ def _within(value: float) -> float:
     if abs(value) > LARGEST:
         raise ValueError(f"a number of at most {LARGEST:g} in size")
     return value if abs(value) >= 1 / LARGEST else 0.0
+
+
+def in_reach(places: Sequence[Sequence[float]], duration: float) -> None:
+    """Refuse (ValueError, worded for a spec) places [m] so far away that a plan's numbers are too large for a file."""
+    far = max(abs(x) for place in places for x in place)
+    if far > FASTEST * duration**2:
+        raise ValueError(f".duration: was {duration}, must be longer for a way of {far:g} m")
 
 
 def _positive(value: float) -> float:

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field, model_validator
 from .circle import Circle, Disc
 from .errors import SpecError
 from .grid import Aligned, Grid
-from .model import Count, Model, Number, Positive, Switch, Vector
+from .model import Count, Model, Number, Positive, Switch, Vector, in_reach
 from .obstacles import Block, Obstacles, Region, Wall, covers
 
 MAX_SWEEP_POINTS = 100_000  # ordered obstacle times; above it a sweep would take days
@@ -99,6 +99,8 @@ class Maneuver(Model):
 
     @model_validator(mode="after")
     def _ends_are_free(self) -> Maneuver:
+        ends = [x for s in (self.start, self.goal) for x in (s.position, tuple(self.duration * v for v in s.velocity))]
+        in_reach([*ends, *(wall.tip for wall in self.walls)], self.duration)
         for name, state in (("start", self.start), ("goal", self.goal)):
             for i, block in enumerate(self.obstacles):
                 if isinstance(block, Block) and block.holds(state.position, self.margin):

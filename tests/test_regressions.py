@@ -120,7 +120,7 @@ def test_sweep_refuses_what_are_no_times(times):
         pm.sweep(wall_maneuver(), times=times)
 
 
-@pytest.mark.parametrize("changes", [{"duration": 1e50}, {"duration": 1e100}, {"duration": 1e-100}, {"mass": 1e-99}])
+@pytest.mark.parametrize("changes", [{"duration": 1e50}, {"duration": 1e100}, {"duration": 1e-44}, {"mass": 1e-99}])
 def test_extreme_units_answer_or_say_unknown(changes):
     far = wall_maneuver(**changes)
     plan = pm.sweep(far, times=[0.5 * far.duration]).best

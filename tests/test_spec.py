@@ -135,3 +135,18 @@ def test_construction_in_python_refuses_in_one_line_and_takes_arrays():
 def test_specs_are_frozen():
     with pytest.raises(Exception, match="frozen"):
         pm.State(position=(0, 0)).position = (1, 1)
+
+
+@pytest.mark.parametrize(
+    "far",
+    [
+        {"goal": pm.State(position=(1e80, 0))},
+        {"goal": pm.State(position=(1, 0), velocity=(0, 1e86))},
+        {"obstacles": [pm.Wall(tip=(0.5, -1e80))]},
+    ],
+)
+def test_plans_whose_numbers_no_file_holds_are_not_asked_for(far):
+    ask = {"start": pm.State(position=(0, 0)), "goal": pm.State(position=(1, 0)), "duration": 1e-6} | far
+    with pytest.raises(pm.SpecError, match=r"^duration: was 1e-06, must be longer for a way of 1e\+80 m$"):
+        pm.Maneuver(**ask)
+    pm.Maneuver(**(ask | {"duration": 1.0}))

@@ -146,7 +146,7 @@ class ArmPlan(Planned):
                 out.append(f"arm.links[{k}].limits: the joint goes from {low:.6g} to {high:.6g} rad")
             fastest = float(np.max(np.abs(rates[:, k])))
             if link.max_speed is not None and fastest > link.max_speed:
-                out.append(f"arm.links[{k}].max_speed: the joint reaches {fastest:.6g} rad/s")
+                out.append(f"arm.links[{k}].max_speed: the joint reaches {fastest:.3g} rad/s")
         return out
 
     def plot(self, ax: Axes | None = None) -> Axes:
