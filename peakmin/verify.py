@@ -14,7 +14,7 @@ from .circle import Disc, Polygon
 from .document import digest, of, read
 from .exact import extremal, far_apart
 from .impossible import impossible
-from .keeping import extent
+from .keeping import Keeping, extent
 from .model import load, short
 from .moments import PointMass
 from .plan import Plan, proved, status_of
@@ -60,10 +60,11 @@ def verify(text: str | bytes) -> Verification:
     mass, found = PointMass.of(plan.crossing), []
     if data.get("digest") != digest(data):
         found.append("digest: the file is not as it was written")
-    motion, peak = plan.trajectory, math.inf
+    motion, peak, keeps = plan.trajectory, math.inf, None
     if motion is not None:
         peak = motion.peak()
-        found += moved(plan, motion) + _kept(plan)
+        keeps = plan.keeping()
+        found += moved(plan, motion) + _kept(plan, keeps)
     elif data["peak"] is not None or plan.status == "solved":
         found.append("status: there is no motion, so no peak and no solution")
     bound = proved(plan.maneuver, plan.walls, plan.proof, plan.obstacle_times / mass.time)
@@ -74,7 +75,10 @@ def verify(text: str | bytes) -> Verification:
         and any(leaf.low != leaf.high for leaf in plan.proof.leaves)
     ):
         found.append("scope: the proof has boxes, but claims these times only")
-    found += _status(plan, bound) + _multipliers(plan, mass)
+    known = status_of(plan.maneuver, keeps is not None and keeps.passed(plan.maneuver), plan.peak, bound, plan.scope)
+    if plan.status == "unknown" != known:  # the others are looked at where their reasons are
+        found.append(f"status: unknown, but it is {known}")
+    found += _multipliers(plan, mass)
     own = PointMass.of(plan.maneuver.past(()))  # not of walls that the file lists
     units = {"position": own.length, "velocity": own.length / own.time, "acceleration": own.unit}
     found += unlike(data, of(plan), units)
@@ -94,9 +98,9 @@ def _multipliers(plan: Plan, mass: PointMass) -> list[str]:
     return []
 
 
-def _kept(plan: Plan) -> list[str]:
-    """Whether clearance, region and speed are as stated and, in a solved plan, as asked."""
-    found, keeps = [], plan.keeping()
+def _kept(plan: Plan, keeps: Keeping) -> list[str]:
+    """Whether clearance, region and speed, computed anew, are as stated and, in a solved plan, as asked."""
+    found = []
     room = SAME * max(abs(keeps.clearance), extent(plan.maneuver.past(())))
     same = keeps.clearance == plan.clearance or abs(keeps.clearance - plan.clearance) <= room < math.inf
     if not same:
@@ -104,13 +108,6 @@ def _kept(plan: Plan) -> list[str]:
     if plan.status == "solved" and not keeps.passed(plan.maneuver):
         found.append("status: solved, but the path does not keep its obstacles, margin, region or speed")
     return found
-
-
-def _status(plan: Plan, bound: float) -> list[str]:
-    """Whether what is stated as unknown is: solved and infeasible are looked at where their reasons are."""
-    kept = plan.trajectory is not None and plan.keeping().passed(plan.maneuver)
-    known = status_of(plan.maneuver, kept, plan.peak, bound, plan.scope)
-    return [f"status: unknown, but it is {known}"] if plan.status == "unknown" != known else []
 
 
 def unlike(data: dict[str, Any], again: dict[str, Any], units: dict[str, float]) -> list[str]:
