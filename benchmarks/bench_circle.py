@@ -6,7 +6,7 @@ import pytest
 
 import peakmin as pm
 from peakmin import paper
-from peakmin.least import LeastPeak
+from peakmin.programs.least_peak import LeastPeak
 
 MANEUVER = paper.GENERAL.model_copy(update={"duration": 1.0})
 DISC = {"kind": "disc"}

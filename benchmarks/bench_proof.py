@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import peakmin as pm
-from peakmin.branch import certify
-from peakmin.exact import extremal
-from peakmin.moments import PointMass
 from peakmin.paper import GENERAL, STEP, TWO_LINK, obstacle_nodes
+from peakmin.proofs.branch_and_bound import certify
+from peakmin.proofs.double_integrator import PointMass
+from peakmin.proofs.extremal import extremal
 
 TRUE = GENERAL.model_copy(update={"duration": 1.0})  # the paper's problem, without the step that its table leaves out
 TWO = TRUE.model_copy(update={"obstacles": (pm.Wall(tip=(0.3, 0.5)), pm.Wall(tip=(0.7, 0.5)))})

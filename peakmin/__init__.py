@@ -6,47 +6,38 @@
 The programs are loaded on first use: reading a spec does not wait for cvxpy.
 """
 
+from __future__ import annotations
+
 from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
 from .api import explain, solve, verify
-from .bracket import Answer, Bracket, HoldProblem, Verdict
-from .budget import ErrorBudget, error_budget
-from .certify import Leaf, Proof
-from .check import Check
-from .circle import Disc, Polygon
 from .errors import NotDPPError, PeakminError, SpecError
-from .frame import Frame
-from .grid import Aligned, Uniform
-from .obstacles import Block, Wall
-from .plan import Made, Plan
-from .sensitivity import Sensitivities
-from .shortest import Shortest, shortest
-from .spec import (
-    Bisection,
-    Direct,
-    Exact,
-    GlobalSearch,
-    Maneuver,
-    RefineSearch,
-    Settings,
-    Spec,
-    State,
-    SweepSearch,
-    schema,
-)
-from .study import study
-from .sweep import Sweep, sweep
-from .table import Study
-from .variation import StudySpec
-from .verify import Verification
+from .geometry.frame import Frame
+from .plan.plan import Made, Plan
+from .plan.verify import Verification
+from .proofs.bounds import Leaf, Proof
+from .proofs.bracket import Answer, Bracket, HoldProblem, Verdict
+from .proofs.check import Check
+from .proofs.sensitivity import Sensitivities
+from .queries.budget import ErrorBudget, error_budget
+from .queries.shortest import Shortest, shortest
+from .queries.study.study import study
+from .queries.study.table import Study
+from .search.sweep import Sweep, sweep
+from .spec.control_set import Disc, Polygon
+from .spec.maneuver import Maneuver, State
+from .spec.obstacles import Block, Wall
+from .spec.settings import Aligned, Bisection, Direct, Exact, GlobalSearch, RefineSearch, Settings, SweepSearch, Uniform
+from .spec.spec import Spec, schema
+from .spec.study import StudySpec
 
 if TYPE_CHECKING:
-    from .arm.maneuver import ArmManeuver, ArmSpec
-    from .arm.plan import ArmPlan
-    from .arm.spec import Arm, Link, Pose
-    from .oracle import PeakOracle, Peaks
-    from .program import DirectProgram, FeasibilityProgram
+    from .plan.arm_plan import ArmPlan
+    from .programs.program import DirectProgram, FeasibilityProgram
+    from .queries.oracle import PeakOracle, Peaks
+    from .spec.arm import Arm, Link, Pose
+    from .spec.arm_maneuver import ArmManeuver, ArmSpec
 
 __version__ = _version("peakmin")
 
@@ -109,11 +100,11 @@ __all__ = [
 
 
 _LATER = {  # what takes time to import, by its module
-    "program": ("DirectProgram", "FeasibilityProgram"),
-    "arm.spec": ("Arm", "Link", "Pose"),
-    "arm.maneuver": ("ArmManeuver", "ArmSpec"),
-    "arm.plan": ("ArmPlan",),
-    "oracle": ("PeakOracle", "Peaks"),
+    "programs.program": ("DirectProgram", "FeasibilityProgram"),
+    "spec.arm": ("Arm", "Link", "Pose"),
+    "spec.arm_maneuver": ("ArmManeuver", "ArmSpec"),
+    "plan.arm_plan": ("ArmPlan",),
+    "queries.oracle": ("PeakOracle", "Peaks"),
 }
 
 

@@ -7,18 +7,20 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from .explain import Explanation
-from .model import load, named, of_kind, read_file
-from .progress import Progress
-from .search import solve as solve_point
-from .spec import Maneuver, Settings, Spec
-from .verify import Verification
-from .verify import verify as verify_point
+from .plan.verify import Verification
+from .plan.verify import verify as verify_point
+from .queries.explain import Explanation
+from .search.solve import solve as solve_point
+from .spec.maneuver import Maneuver
+from .spec.reading import load, named, of_kind, read_file
+from .spec.settings import Settings
+from .spec.spec import Spec
+from .types import Progress
 
 if TYPE_CHECKING:
-    from .arm.maneuver import ArmManeuver, ArmSpec
-    from .arm.plan import ArmPlan
-    from .plan import Plan
+    from .plan.arm_plan import ArmPlan
+    from .plan.plan import Plan
+    from .spec.arm_maneuver import ArmManeuver, ArmSpec
 
 
 @overload
@@ -38,10 +40,10 @@ def solve(
     Raises:
         SpecError: when the settings do not fit the maneuver.
     """
-    from .arm.maneuver import ArmManeuver
+    from .spec.arm_maneuver import ArmManeuver
 
     if isinstance(maneuver, ArmManeuver):
-        from .arm.solve import solve_arm
+        from .search.solve_arm import solve_arm
 
         return solve_arm(maneuver, settings, progress)
     return solve_point(maneuver, settings, progress)
@@ -71,7 +73,7 @@ def verify(text: str | bytes) -> Verification:
     """
     if load(text, finite=True).get("kind") != "arm":
         return verify_point(text)
-    from .arm.verify import verify_arm
+    from .plan.arm_verify import verify_arm
 
     plan, bound, problems = verify_arm(text)
     peak = float("inf") if plan.trajectory is None else plan.trajectory.peak()
@@ -90,6 +92,6 @@ def spec_of(data: dict[str, Any]) -> Spec | ArmSpec:
     """The spec that a JSON object states, of an arm where it has one. Raises `SpecError` in one line if it is wrong."""
     if "arm" not in data:
         return Spec(**data)
-    from .arm.maneuver import ArmSpec
+    from .spec.arm_maneuver import ArmSpec
 
     return ArmSpec(**data)

@@ -17,17 +17,17 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 from typer.exceptions import TyperException
 
-from . import api, files, output, words
+from . import api, files
 from .deadline import ended_by_interrupt
 from .errors import PeakminError, SpecError
-from .model import load, named, of_kind, read_file
-from .spec import Spec, schema
+from .spec.reading import load, named, of_kind, read_file
+from .spec.spec import Spec, schema
+from .view import output, words
 
 if TYPE_CHECKING:
-    from .arm.maneuver import ArmSpec
-    from .arm.plan import ArmPlan
-    from .plan import Plan
-    from .planned import Status
+    from .plan.arm_plan import ArmPlan
+    from .plan.plan import Plan, Status
+    from .spec.arm_maneuver import ArmSpec
 
 EXIT = {"solved": 0, "infeasible": 3, "unknown": 4}
 BAD_INPUT, DIFFERS, STOPPED = 2, 1, 130
@@ -95,8 +95,8 @@ def compare_command(spec: SpecFile, as_json: Json = False) -> None:
     asked = api.read_spec(spec)
     if isinstance(asked, Spec):
         raise SpecError("arm: was missing, must be given for `compare`")
-    from .arm import terminal
-    from .arm.compare import compare, table
+    from .queries.compare import compare, table
+    from .view import arm_words as terminal
 
     with output.bar("compare") as progress:
         plan = terminal.solved(asked, progress)
@@ -107,10 +107,10 @@ def compare_command(spec: SpecFile, as_json: Json = False) -> None:
 @app.command("simulate")
 def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
     """Drive the simulated arm (MuJoCo, gravity off) along a plan and print planned and simulated peak base force."""
-    from .arm import terminal
-    from .arm.plan import ArmPlan
-    from .arm.simulate import simulate
-    from .document import digest
+    from .plan.arm_plan import ArmPlan
+    from .plan.document import digest
+    from .queries.simulate import simulate
+    from .view import arm_words as terminal
 
     with named(plan):
         text = read_file(plan)
@@ -131,7 +131,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
     """The least M at every obstacle time of a sweep (the paper's outer loop)."""
     asked = Spec.read(spec)
     files.ready(out)
-    from .sweep import sweep
+    from .search.sweep import sweep
 
     with ended_by_interrupt() as stopped, output.bar("sweep") as progress:
         found = sweep(asked.maneuver, asked.settings, progress=progress)
@@ -151,7 +151,7 @@ def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> No
     """What the polygon, the grid, the tolerance and the obstacle times each cost, adding up to the whole error."""
     asked = Spec.read(spec)
     files.ready(out)
-    from .budget import error_budget
+    from .queries.budget import error_budget
 
     errors = error_budget(asked.maneuver, asked.settings)
     if out:
@@ -171,9 +171,9 @@ def study_command(
     workers: Annotated[int | None, typer.Option(help="Processes; default one for each processor.")] = None,
 ) -> None:
     """Solve a grid of specs, one row each; run again, it goes on where it was stopped."""
-    from . import table
-    from .study import study
-    from .variation import StudySpec
+    from .queries.study import table
+    from .queries.study.study import study
+    from .spec.study import StudySpec
 
     asked = StudySpec.read(study_file)
     if out.suffix[1:].isalpha() and out.suffix not in table.KINDS and not out.is_dir():
@@ -198,8 +198,8 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
         found = api.verify(text)
     import numpy as np
 
-    from .arm import terminal
-    from .plan import Plan
+    from .plan.plan import Plan
+    from .view import arm_words as terminal
 
     stated = found.plan
     if as_json:
@@ -239,11 +239,11 @@ def schema_command(
 ) -> None:
     """The JSON Schema of a spec file."""
     if study:
-        from .variation import StudySpec
+        from .spec.study import StudySpec
 
         print(json.dumps(StudySpec.model_json_schema(), indent=2))
     elif arm:
-        from .arm.maneuver import ArmSpec
+        from .spec.arm_maneuver import ArmSpec
 
         print(json.dumps(ArmSpec.model_json_schema(), indent=2))
     else:
@@ -258,11 +258,11 @@ def _solved(asked: Spec | ArmSpec, name: str) -> Plan | ArmPlan:
 
 def _described(plan: Plan | ArmPlan) -> str:
     """The answer in words."""
-    from .plan import Plan
+    from .plan.plan import Plan
 
     if isinstance(plan, Plan):
         return words.describe(plan)
-    from .arm import terminal
+    from .view import arm_words as terminal
 
     return terminal.describe(plan)
 

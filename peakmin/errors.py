@@ -1,4 +1,4 @@
-"""The exceptions. Infeasible and unknown are values (see `peakmin.bracket.Verdict`), never raised."""
+"""The exceptions. Infeasible and unknown are values (see `peakmin.proofs.bracket.Verdict`), never raised."""
 
 from __future__ import annotations
 

@@ -17,19 +17,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import files
-from .arrays import Array
-from .circle import Disc, Polygon
-from .grid import Uniform
-from .obstacles import Block, Wall
-from .plan import Plan
-from .progress import Progress
-from .spec import Bisection, Maneuver, Settings, State, SweepSearch
-from .sweep import Sweep, sweep
+from .plan.plan import Plan
+from .search.sweep import Sweep, sweep
+from .spec.control_set import Disc, Polygon
+from .spec.maneuver import Maneuver, State
+from .spec.obstacles import Block, Wall
+from .spec.settings import Bisection, Settings, SweepSearch, Uniform
+from .types import Array, Progress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .arm.maneuver import ArmManeuver
+    from .spec.arm_maneuver import ArmManeuver
 
 STEP = 1 / 200  # [s] between the paper's nodes
 HOLDS = 199
@@ -62,8 +61,8 @@ BOX = 7.05  # [m] its left side: the goal is 1 cm before it
 
 def two_link_task() -> ArmManeuver:
     """The two-link manipulator in its workspace (figure 4): from below the table to the box that stands on it."""
-    from .arm.maneuver import ArmManeuver
-    from .arm.spec import Arm, Link, Pose
+    from .spec.arm import Arm, Link, Pose
+    from .spec.arm_maneuver import ArmManeuver
 
     edge, top = TABLE
     box = [(BOX, top), (BOX + 0.85, top), (BOX + 0.85, 0.53), (BOX, 0.53)]
@@ -203,8 +202,8 @@ def figures(paper: Paper, folder: str | Path) -> list[Path]:
     """Pictures like the paper's figures 1 to 11 as PNG; the files written."""
     import matplotlib.pyplot as plt
 
-    from . import plots
     from .api import solve
+    from .view import plots
 
     made: list[Path] = []
     task = two_link_task()

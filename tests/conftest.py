@@ -28,7 +28,7 @@ def wall_maneuver(contact="clear", **changes):
 
 def least(maneuver, times=(), **settings):
     """Bracket [m/s^2] at given obstacle times, as (lower, upper)."""
-    from peakmin.least import LeastPeak
+    from peakmin.programs.least_peak import LeastPeak
 
     peak = LeastPeak(maneuver, pm.Settings(**settings))
     bracket = peak(times)

@@ -1,0 +1,1 @@
+"""Sets, motions and the distances between them: arrays only, shapes (..., d)."""

@@ -1,0 +1,1 @@
+"""Controls on holds, which solvers propose. The only place that imports cvxpy."""

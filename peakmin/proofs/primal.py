@@ -1,0 +1,185 @@
+"""From nodal multipliers to a motion that satisfies every equation: corrected where p speaks, filled in where not.
+
+The control M p/|p| of nearly optimal multipliers misses the equations by a little. The small control
+e(t) = sum phi_j(t) e_j of hat functions, with (int phi_i phi_j) e = what is missed, makes it exact; |e| is what the
+motion's peak exceeds M by, and the gap shows it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ..geometry.costate import CostateTrajectory
+from ..types import Array, Mask
+from .double_integrator import PointMass
+from .nodal import Nodal
+
+LANDED = 1e-10  # largest error of a state [scaled] at the end of a motion
+
+
+def coasting(nodal: Nodal) -> CostateTrajectory:
+    """The motion without any force."""
+    k = len(nodal.kinks) - 1
+    none, ones = np.zeros((k, 2)), np.ones((k, 2))
+    return CostateTrajectory(nodal.kinks, ones, ones, np.zeros(k), none, none, np.zeros(2), nodal.mass.v0)
+
+
+def motion(
+    nodal: Nodal,
+    p: Array,
+    silent: Mask,
+    peak: float,
+    impulses: Array,
+    idle: Mask,
+    fill: Callable[[PointMass, Array], CostateTrajectory],
+) -> tuple[CostateTrajectory | None, Array]:
+    """The motion of the nodal values p, shape (n, 2), and how far beyond its tip each idle wall is passed, (q,).
+
+    Args:
+        silent: kinks where p is zero by assumption, (n,).
+        peak: M [scaled];  impulses: dI/dP there, shape (n, 2).
+        idle: clear walls that do not push, (q,).
+        fill: gives the motion of least peak for a stretch by itself.
+    """
+    n, mass = len(nodal.kinks), nodal.mass
+    quiet = silent[:-1] & silent[1:]
+    beyond = np.zeros(mass.walls)
+    points = np.vstack([np.zeros(2), mass.tips, mass.pf])
+    parts: dict[int, CostateTrajectory] = {}
+    runs = _runs(quiet)
+    for a, b, is_quiet in runs:
+        if not is_quiet:
+            parts[a] = _speak(nodal, p, peak, impulses, idle, a, b, silent, points, beyond)
+    for a, b, is_quiet in runs:
+        if is_quiet:
+            left = next((m for i, m in parts.items() if i < a and m.nodes[-1] == nodal.kinks[a]), None)
+            v_a = mass.v0 if left is None else left.node_states[0][-1]
+            v_b = mass.vf if b == n - 1 else parts[b].start_velocity
+            parts[a] = _stretch(mass, nodal.kinks[a : b + 1], points[a : b + 1], a, v_a, v_b, fill)
+    joined = _join([parts[a] for a in sorted(parts)])
+    v, r = joined.node_states
+    miss = max(float(np.max(np.abs(r[-1] - mass.pf))), float(np.max(np.abs(v[-1] - mass.vf))))
+    kinks = nodal.kinks[1:-1]
+    at = (joined.position(kinks) if np.any(quiet) else r[1:-1]) - mass.tips
+    along = np.sum(at * mass.free, axis=1)
+    off = at - np.where(mass.clear, np.maximum(along, 0), 0)[:, None] * mass.free
+    miss = max(miss, float(np.max(np.abs(off), initial=0.0)))
+    return (joined if miss <= LANDED * (1 + peak) and math.isfinite(joined.peak()) else None), beyond
+
+
+def _runs(quiet: Mask) -> list[tuple[int, int, bool]]:
+    """Maximal runs of segments as (first kink, last kink, quiet)."""
+    cuts = [0, *(np.flatnonzero(quiet[1:] != quiet[:-1]) + 1).tolist(), len(quiet)]
+    return [(a, b, bool(quiet[a])) for a, b in zip(cuts, cuts[1:], strict=False)]
+
+
+def _speak(
+    nodal: Nodal,
+    p: Array,
+    peak: float,
+    impulses: Array,
+    idle: Mask,
+    a: int,
+    b: int,
+    silent: Mask,
+    points: Array,
+    beyond: Array,
+) -> CostateTrajectory:
+    """M p/|p| + e from kink a to kink b; sets `points` and `beyond` of the idle walls in between."""
+    mass, kinks, last = nodal.mass, nodal.kinks, len(nodal.kinks) - 1
+    k = b - a
+    none = np.zeros((k, 2))
+
+    def run(velocity: Array, first: Array = none, end: Array = none) -> CostateTrajectory:
+        return CostateTrajectory(
+            kinks[a : b + 1], p[a:b], p[a + 1 : b + 1], np.full(k, peak), first, end, points[a], velocity
+        )
+
+    def velocity(trial: CostateTrajectory) -> Array:
+        """The start velocity with which the next fixed point is met."""
+        if a == 0:
+            return mass.v0
+        j = next((j for j in range(a + 1, b + 1) if j == last or not idle[j - 1]), None)
+        if j is None:
+            raise np.linalg.LinAlgError("nothing fixes the velocity of this stretch")
+        miss = points[j] - trial.position(kinks[j])
+        return np.asarray(trial.start_velocity + miss / (kinks[j] - kinks[a]))
+
+    plain = run(np.zeros(2) if a else mass.v0)
+    if a and b == last:  # backwards from the goal, which also says where an idle wall at kink a is passed
+        v, r = plain.node_states
+        v_a = mass.vf - v[-1]
+        plain = replace(
+            plain, start_velocity=v_a, start_position=mass.pf - (r[-1] - r[0]) - v_a * (kinks[b] - kinks[a])
+        )
+    else:
+        plain = replace(plain, start_velocity=velocity(plain))
+    for j in range(max(a, 1), min(b, last - 1) + 1):
+        if idle[j - 1] and (j > a or b == last):
+            at = plain.position(kinks[j])
+            beyond[j - 1] = float(mass.free[j - 1] @ (at - mass.tips[j - 1]))
+            points[j] = mass.tips[j - 1] + max(beyond[j - 1], 0.0) * mass.free[j - 1]
+    # what the hat functions of the kinks that p is not silent at still miss
+    used = np.array([j for j in range(a, b + 1) if not (silent[j] and (j in (a, b)) and 0 < j < last)], dtype=int)
+    speeds = np.vstack([mass.v0, np.diff(points, axis=0) / nodal.h[:, None], mass.vf])
+    missed = np.diff(speeds, axis=0)[used] - peak * impulses[used]
+    e = np.zeros_like(p)
+    e[used] = np.linalg.solve(nodal.masses()[np.ix_(used, used)], missed)
+    exact = run(plain.start_velocity, e[a:b], e[a + 1 : b + 1])
+    return replace(exact, start_velocity=velocity(exact))
+
+
+def _stretch(
+    mass: PointMass,
+    kinks: Array,
+    points: Array,
+    a: int,
+    v_a: Array,
+    v_b: Array,
+    fill: Callable[[PointMass, Array], CostateTrajectory],
+) -> CostateTrajectory:
+    """The least-peak motion of a silent stretch by itself, between the states that its neighbours leave it."""
+    span = kinks[-1] - kinks[0]
+    inner = slice(a, a + len(kinks) - 2)
+    part = replace(
+        mass,
+        v0=v_a * span,
+        vf=v_b * span,
+        pf=points[-1] - points[0],
+        tips=mass.tips[inner] - points[0],
+        free=mass.free[inner],
+        clear=mass.clear[inner],
+        width=mass.width[inner],
+    )
+    own = fill(part, (kinks[1:-1] - kinks[0]) / span)
+    scale = 1 / span**2
+    return CostateTrajectory(
+        np.r_[kinks[0], kinks[0] + span * own.nodes[1:-1], kinks[-1]],
+        own.first,
+        own.last,
+        own.size * scale,
+        own.first_error * scale,
+        own.last_error * scale,
+        points[0],
+        v_a,
+    )
+
+
+def _join(parts: list[CostateTrajectory]) -> CostateTrajectory:
+    first = parts[0]
+    if len(parts) == 1:
+        return first
+    return CostateTrajectory(
+        np.concatenate([first.nodes, *(m.nodes[1:] for m in parts[1:])]),
+        np.vstack([m.first for m in parts]),
+        np.vstack([m.last for m in parts]),
+        np.concatenate([m.size for m in parts]),
+        np.vstack([m.first_error for m in parts]),
+        np.vstack([m.last_error for m in parts]),
+        first.start_position,
+        first.start_velocity,
+    )

@@ -1,0 +1,1 @@
+"""What else can be asked: why not, the shortest, a budget, an oracle, studies."""

@@ -1,0 +1,273 @@
+"""The least peak as a function for other planners: many queries of one maneuver with other numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import SpecError
+from ..plan.plan import Plan
+from ..programs.compiled import shared
+from ..programs.least_peak import LeastPeak
+from ..proofs.batch import extremals
+from ..proofs.bracket import Bracket
+from ..proofs.double_integrator import PointMass
+from ..proofs.sensitivity import Sensitivities, sensitivities, without_idle
+from ..search.solve import solve
+from ..search.sweep import APART, in_order
+from ..spec.maneuver import Maneuver, State, walls_only
+from ..spec.obstacles import Wall
+from ..spec.reading import short
+from ..spec.settings import Exact, Settings
+from ..spec.spec import check
+from ..types import Array
+
+TOGETHER = 1000  # queries at given times that are answered at once
+Answer = tuple[float, float, bool, Array, Array]
+
+
+@dataclass(frozen=True, repr=False)
+class Peaks:
+    """Answers to m queries past q walls.
+
+    peak, lower_bound: [m/s^2], (m,), infinite and a bound where no control was found that keeps all that was asked;
+    solved: (m,);  obstacle_times: [s], (m, q);  queries: their maneuvers;  multipliers: that prove each, (2+q, 2),
+    scaled.
+    """
+
+    peak: Array
+    lower_bound: Array
+    solved: Array
+    obstacle_times: Array
+    queries: tuple[Maneuver, ...]
+    multipliers: tuple[Array, ...]
+
+    @cached_property
+    def sensitivities(self) -> tuple[Sensitivities, ...]:
+        """Derivatives of each peak, as `Plan.sensitivities`."""
+        out = []
+        for maneuver, times, multipliers in zip(self.queries, self.obstacle_times, self.multipliers, strict=True):
+            mass = PointMass.of(maneuver)
+            pushing = without_idle(mass, times / mass.time, multipliers)
+            out.append(sensitivities(maneuver, times, pushing))
+        return tuple(out)
+
+    @property
+    def gap(self) -> Array:
+        """(peak - lower_bound) / peak, (m,)."""
+        return np.where(self.peak > 0, 1 - self.lower_bound / np.where(self.peak > 0, self.peak, 1.0), 0.0)
+
+    def __repr__(self) -> str:
+        return f"Peaks({np.count_nonzero(self.solved)} of {len(self.peak)} solved, peak={self.peak})"
+
+
+class PeakOracle:
+    """Answers "how large must the peak be?" in a loop, every answer with its bound.
+
+    One oracle serves any number of threads: each keeps programs of its own, compiled once for all queries of the same
+    structure (walls, circle, grid). With the default settings nothing is compiled: the optimum is that of continuous
+    time, at some 40 ms a query past one wall, or one or two at given obstacle times, where many queries are answered
+    together at a quarter of a millisecond each (`benchmarks/bench_oracle.py` compares). Several walls and fast starts
+    can take seconds until the bound has closed in; a `time_limit` in the settings ends a query with the gap so far.
+
+    Args:
+        maneuver: what queries leave out is taken from it.
+        settings: how to answer; default the exact method.
+
+    Raises:
+        SpecError: when the settings do not fit the maneuver.
+    """
+
+    def __init__(self, maneuver: Maneuver, settings: Settings | None = None) -> None:
+        self.maneuver, self.settings = maneuver, settings or Settings(method=Exact())
+        check(self.maneuver, self.settings)
+
+    def plan(
+        self,
+        start: State | ArrayLike | None = None,
+        goal: State | ArrayLike | None = None,
+        duration: float | None = None,
+        walls: list[Wall] | ArrayLike | None = None,
+    ) -> Plan:
+        """The whole plan of one query.
+
+        Args:
+            start, goal: states, or [x, y] at rest, or [x, y, vx, vy] [m, m/s].
+            duration: [s].
+            walls: in place of all obstacles; or other tips for the maneuver's own walls, (q, 2) [m].
+
+        Raises:
+            SpecError: when a number is wrong, in one line.
+        """
+        with shared():
+            return solve(self.query(start, goal, duration, walls), self.settings)
+
+    def query(
+        self,
+        start: State | ArrayLike | None = None,
+        goal: State | ArrayLike | None = None,
+        duration: float | ArrayLike | None = None,
+        walls: list[Wall] | ArrayLike | None = None,
+    ) -> Maneuver:
+        """The maneuver of one query, as for `plan`. Raises `SpecError` when a number is wrong."""
+        fields: dict[str, object] = {}
+        for name, given in (("start", start), ("goal", goal)):
+            if given is not None:
+                fields[name] = _state(name, given)
+        if duration is not None:
+            if np.ndim(duration):
+                raise SpecError(f"duration: was of shape {np.shape(duration)}, must be one number (`peaks` takes many)")
+            fields["duration"] = duration.item() if isinstance(duration, np.ndarray) else duration
+        if walls is not None:
+            fields["obstacles"] = self._walls(walls)
+        return Maneuver(**({name: getattr(self.maneuver, name) for name in Maneuver.model_fields} | fields))
+
+    def peak(
+        self,
+        start: State | ArrayLike | None = None,
+        goal: State | ArrayLike | None = None,
+        duration: float | None = None,
+        walls: list[Wall] | ArrayLike | None = None,
+        obstacle_times: ArrayLike | None = None,
+    ) -> float:
+        """The least peak [m/s^2] of one query, as for `plan`; infinite where no control was found.
+
+        Args:
+            obstacle_times: [s], (q,), to be asked at these only, which is much faster; walls alone.
+        """
+        if obstacle_times is None:
+            found = self.plan(start, goal, duration, walls)
+            return found.peak if found.status == "solved" else np.inf
+        maneuver = self.query(start, goal, duration, walls)
+        _, bracket, unit = self._at(maneuver, np.asarray(obstacle_times, dtype=float))
+        return bracket.upper * unit
+
+    def peaks(
+        self,
+        start: ArrayLike | None = None,
+        goal: ArrayLike | None = None,
+        duration: ArrayLike | None = None,
+        tips: ArrayLike | None = None,
+        obstacle_times: ArrayLike | None = None,
+    ) -> Peaks:
+        """Many queries at once, whatever is given for each of m or once for all.
+
+        Args:
+            start, goal: (m, 2) or (m, 4), or (2,) or (4,): positions [m], at rest, or with velocities [m/s].
+            duration: (m,) or one [s].
+            tips: (m, q, 2) or (q, 2) [m], of the maneuver's own walls.
+            obstacle_times: (m, q) or (q,) [s], to be asked at these only, which is much faster; bounds then are of
+                these times, max_peak is not looked at, and walls must be all there is.
+
+        Raises:
+            SpecError: when shapes do not go together, or as for `plan`.
+        """
+        names = {"start": 1, "goal": 1, "duration": 0, "tips": 2, "obstacle_times": 1}
+        asked = zip(names.items(), (start, goal, duration, tips, obstacle_times), strict=True)
+        given = [(None if value is None else _numbers(name, value), depth) for (name, depth), value in asked]
+        if any(value is not None and value.ndim not in (depth, depth + 1) for value, depth in given):
+            shapes = [None if value is None else value.shape for value, _ in given]
+            raise SpecError(f"queries: was of shapes {shapes}, must be one for all, or one each along the first axis")
+        sizes = {len(value) for value, depth in given if value is not None and value.ndim > depth}
+        if len(sizes) > 1:
+            raise SpecError(f"queries: was {sorted(sizes)} of a kind, must be as many of each, or one for all")
+        queries, times = [], []
+        for k in range(max(sizes, default=1)):
+            one = [None if value is None else value[k] if value.ndim > depth else value for value, depth in given]
+            try:
+                queries.append(self.query(one[0], one[1], one[2], one[3]))
+            except SpecError as error:
+                raise SpecError(f"queries[{k}].{error}" if sizes else str(error)) from None
+            times.append(np.asarray(one[4]))
+        if obstacle_times is None:
+            answers = [self._answer(maneuver, None) for maneuver in queries]
+        else:
+            answers = self._all_at(queries, times)
+        if not answers:
+            none = np.zeros(0)
+            return Peaks(none, none, none.astype(bool), np.zeros((0, len(self.maneuver.walls))), (), ())
+        peak, bound, solved, at, multipliers = zip(*answers, strict=True)
+        placed = np.array(at).reshape(len(peak), -1)
+        return Peaks(np.array(peak), np.array(bound), np.array(solved), placed, tuple(queries), multipliers)
+
+    def _answer(self, maneuver: Maneuver, times: Array | None) -> Answer:
+        """Peak, bound, whether solved, obstacle times and multipliers."""
+        if times is None:
+            with shared():
+                plan = solve(maneuver, self.settings)
+            peak = plan.peak if plan.status == "solved" else math.inf
+            return peak, plan.lower_bound, plan.status == "solved", plan.obstacle_times, plan.multipliers
+        placed, bracket, unit = self._at(maneuver, times)
+        multipliers = np.zeros((2 + len(placed), 2)) if bracket.multipliers is None else bracket.multipliers
+        return bracket.upper * unit, bracket.lower * unit, math.isfinite(bracket.upper), placed, multipliers
+
+    def _all_at(self, queries: list[Maneuver], times: list[Array]) -> list[Answer]:
+        """As `_answer`, with all that is not difficult done at once by the exact method."""
+        for maneuver, placed in zip(queries, times, strict=True):
+            _refuse(maneuver, placed)
+        done: dict[int, Answer] = {}
+        narrow = any(wall.opening is not None for wall in self.maneuver.walls)
+        many = len(queries) if isinstance(self.settings.method, Exact) and not narrow else 0
+        for first in range(0, many, TOGETHER):
+            each = [PointMass.of(maneuver) for maneuver in queries[first : first + TOGETHER]]
+            scaled = [at / mass.time for at, mass in zip(times[first : first + TOGETHER], each, strict=True)]
+            found = extremals(PointMass.stacked(each), np.array(scaled))
+            for k in np.flatnonzero(found.settled).tolist():
+                ends = float(found.upper[k]) * each[k].unit, float(found.lower[k]) * each[k].unit
+                done[first + k] = *ends, True, scaled[k] * each[k].time, found.multipliers[k]
+        every = enumerate(zip(queries, times, strict=True))
+        return [done[k] if k in done else self._answer(*asked) for k, asked in every]
+
+    def _at(self, maneuver: Maneuver, times: Array) -> tuple[Array, Bracket, float]:
+        """Times as the grid places them [s], the bracket there [scaled] and the unit of its ends [m/s^2]."""
+        _refuse(maneuver, times)
+        with shared():
+            least = LeastPeak(maneuver, self.settings)
+            return least.place(times) * least.mass.time, least(times), least.mass.unit
+
+    def _walls(self, walls: list[Wall] | ArrayLike) -> tuple[object, ...]:
+        if isinstance(walls, list | tuple) and all(isinstance(wall, Wall) for wall in walls):
+            return tuple(walls)
+        tips, own = np.asarray(walls, dtype=float), self.maneuver.walls
+        if tips.shape != (len(own), 2):
+            raise SpecError(f"tips: was of shape {tips.shape}, must be {(len(own), 2)}, one for each wall")
+        moved = iter(tips.tolist())
+        return tuple(
+            Wall(**(wall.model_dump() | {"tip": next(moved)})) if isinstance(wall, Wall) else wall
+            for wall in self.maneuver.obstacles
+        )
+
+
+def _refuse(maneuver: Maneuver, times: Array) -> None:
+    walls_only(maneuver, "given obstacle times")
+    if times.shape != (len(maneuver.walls),) or not in_order(times, maneuver.duration):
+        rising = (
+            f"{len(maneuver.walls)} times that increase between 0 and {maneuver.duration}, by {APART} of it at least"
+        )
+        raise SpecError(f"obstacle_times: was {times.tolist()}, must be {rising}")
+
+
+def _numbers(name: str, given: ArrayLike) -> Array:
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise SpecError(f"{name}: was {short(given)}, must be an array of numbers") from None
+
+
+def _state(name: str, given: State | ArrayLike) -> State:
+    if isinstance(given, State):
+        return given
+    try:
+        numbers = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise SpecError(f"{name}: was {str(given)[:60]}, must be two or four numbers") from None
+    if numbers.shape not in ((2,), (4,)):
+        raise SpecError(f"{name}: was of shape {numbers.shape}, must be (2,), at rest, or (4,), with its velocity")
+    try:
+        return State(position=numbers[:2], velocity=numbers[2:] if len(numbers) == 4 else (0.0, 0.0))
+    except SpecError as error:
+        raise SpecError(f"{name}.{error}") from None

@@ -1,0 +1,68 @@
+"""The least peak over the times of two walls, as a picture."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+
+from ..errors import SpecError
+from ..programs.least_peak import LeastPeak
+from ..search.solve import solve
+from ..spec.maneuver import Maneuver, walls_only
+from ..spec.settings import Exact, Settings
+from ..view.style import BELOW, BLACK, ORANGE, axes_of
+
+DEPTH = 4.0  # times the least peak at which the colours end
+
+
+def peak_map(maneuver: Maneuver, settings: Settings | None = None, count: int = 40, ax: Axes | None = None) -> Axes:
+    """Least peak in continuous time over (T_1, T_2) for two walls, on `count` x `count` cells.
+
+    Args:
+        settings: to solve the maneuver with; its times are marked. Default: the least of the cells is.
+
+    Raises:
+        SpecError: when the maneuver is anything but two walls.
+    """
+    walls_only(maneuver, "a map of the peak")
+    if len(maneuver.walls) != 2:
+        raise SpecError(f"maneuver.obstacles: was {len(maneuver.walls)} walls, must be 2 for a map of the peak")
+    if count < 3:
+        raise SpecError(f"count: was {count}, must be at least 3")
+    least_peak = LeastPeak(maneuver, Settings(method=Exact()))
+    mass, t = least_peak.mass, (np.arange(count) + 0.5) / count * maneuver.duration
+    peak = np.full((count, count), np.nan)  # rows are T_2
+    for i, j in combinations(range(count), 2):
+        # about the least peak, from below: where it is too large already no more is shown
+        peak[j, i] = mass.floor(t[[i, j]] / mass.time) * mass.unit
+    base, best, least = 0.1 * float(np.nanquantile(peak, 0.1)), (0, 1), np.inf
+    for flat in np.argsort(peak, axis=None)[: count * (count - 1) // 2]:
+        j, i = divmod(int(flat), count)
+        if peak[j, i] > DEPTH * max(least, base):
+            break
+        peak[j, i] = least_peak(t[[i, j]]).upper * mass.unit
+        if peak[j, i] < least:
+            best, least = (i, j), float(peak[j, i])
+    times, size, name = t[list(best)], least, "least of the cells"
+    if settings is not None:
+        plan = solve(maneuver, settings)
+        times, size, name = plan.obstacle_times, plan.peak, "solution"
+
+    ax = axes_of(ax)
+    top = DEPTH * max(least, base) or 1.0
+    levels, shown = np.geomspace(max(least, top / 100), top, 13), np.ma.masked_invalid(np.minimum(peak, 10 * top))
+    ends: Any = "max" if levels[0] == least else "both"
+    colours = ax.contourf(t, t, shown, levels=levels, cmap="cividis", norm=LogNorm(), extend=ends)
+    ax.contour(t, t, shown, levels=levels, colors=BLACK, linewidths=0.4)
+    mark: Any = {"linestyle": "none", "marker": "D", "color": ORANGE, "markeredgecolor": BLACK}
+    ax.plot(*times, label=f"{name}: {size:.4g} m/s² at {times[0]:.3g} s, {times[1]:.3g} s", **mark)
+    bar = ax.figure.colorbar(colours, ax=ax, label="least peak [m/s²]", ticks=levels[::3], format="%.3g")
+    bar.ax.minorticks_off()
+    ax.set(xlim=(0, mass.time), ylim=(0, mass.time), xlabel="$T_1$ [s]", ylabel="$T_2$ [s]")
+    ax.set_aspect("equal", anchor="SE")
+    ax.legend(**BELOW)
+    return ax

@@ -1,0 +1,1 @@
+"""Many problems: who solves them, what is kept, the table."""

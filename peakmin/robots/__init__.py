@@ -1,0 +1,1 @@
+"""The arm itself: kinematics, joints, links among obstacles. Arrays only."""

@@ -1,0 +1,125 @@
+"""The least distance of the links from the obstacles over a whole motion, proved between the instants looked at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..spec.arm_maneuver import ArmManeuver
+from ..types import Array
+from .joints import JointPath
+from .workspace import Workspace
+
+FIRST = 200  # intervals looked at first
+FINE = 1e-6  # of the arm: to which the least distance is found
+ROUGH = 0.02  # of what is missing: to which it is found where it is less than the margin
+EDGE = 1e-9  # of the arm: to which touching an edge of the annulus counts as staying within
+JUMP, HALVINGS = 0.05, 9  # rad between instants a millionth of the duration apart count as a jump
+TURN = 1e-3  # rad: so far from the straight or folded arm an elbow may be where it turns over
+UNSTEADY = 0.01  # of the arm: what a path whose joints jump is moved by
+MOST = 200_000  # intervals; where they do not do, the bound found so far is stated
+
+
+@dataclass(frozen=True)
+class LinkClearance:
+    """least: no link is nearer to an obstacle at any instant [m], negative inside;  at: where it is about reached [s].
+
+    within: how far the centre of mass stays from the edges of what the arm reaches [m];  steady: no joint jumps.
+    """
+
+    least: float
+    at: float
+    within: float
+    steady: bool
+
+    def short(self, maneuver: ArmManeuver, size: float) -> float:
+        """By how much [m] the motion of an arm of this size does not keep its margin and reach; zero where it does."""
+        if not self.steady:
+            return UNSTEADY * size
+        return max(maneuver.margin - self.least, -self.within - 2 * EDGE * size, 0.0)
+
+
+def link_clearance(workspace: Workspace, path: JointPath) -> LinkClearance:
+    """The distance of every link from every obstacle over the motion, to a millionth of the arm.
+
+    Where it is less than the margin it is found less exactly.
+
+    On an interval a link is no nearer than it is at the middle less what it may move there, `Workspace.swept`.
+    """
+    within, calm = reach_clearance(path), steady(path)
+    if not workspace.maneuver.obstacles:
+        return LinkClearance(np.inf, 0.0, within, calm)
+    cuts = np.union1d(np.linspace(0, path.duration, FIRST + 1), path.changes)
+    low, high = cuts[:-1], cuts[1:]
+    size, margin = workspace.size, workspace.maneuver.margin
+    least, at, proved, count = np.inf, 0.0, np.inf, 0
+    while len(low):
+        count += len(low)
+        middle = (low + high) / 2
+        theta = path.absolute(middle)
+        links = workspace.clearance(theta)
+        now = np.min(links, axis=1)
+        if np.min(now) < least:
+            least, at = float(np.min(now)), float(middle[np.argmin(now)])
+        bound = np.min(links - workspace.swept(path.spread(low, high)), axis=1)
+        fine = max(FINE * size, ROUGH * (margin - least) if least < margin else 0.0)
+        done = (bound >= least - fine) | (high - low <= 1e-9 * path.duration) | (count > MOST)
+        proved = min(proved, float(np.min(bound[done], initial=np.inf)))
+        low, middle, high = low[~done], middle[~done], high[~done]
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+    return LinkClearance(proved, at, within, calm)
+
+
+def reach_clearance(path: JointPath) -> float:
+    """How far the way of the two links that follow stays from the edges of their annulus [m], negative outside.
+
+    Between two instants h apart the way leaves its chord by no more than (peak + sum c theta'^2 ...) h^2 / 8; for two
+    links that is |r''| h^2 / 8. Intervals are halved until that does not matter; the lower end is stated.
+    """
+    pair, fine = path.two, EDGE * (path.two.outer or 1.0)
+    t = np.union1d(np.linspace(0, path.duration, 20 * FIRST + 1), path.motion.nodes)
+    low, high = t[:-1], t[1:]
+    least, proved, count = np.inf, np.inf, 0
+    while len(low):
+        count += len(low)
+        a, b = path.left(low), path.left(high)
+        bend = path.bend(low, high) * (high - low) ** 2 / 8
+        ends = np.hypot(*np.stack([a, b]).transpose(2, 0, 1))
+        inner = pair.inner if pair.inner > 0 else -np.inf
+        room = np.minimum(pair.outer - np.max(ends, axis=0), _nearest(a, b) - inner)
+        least = min(least, float(np.min(np.minimum(pair.outer - ends, ends - inner))))  # at instants, not on chords
+        done = (room - bend >= least - fine) | (bend <= fine / 2) | (count > MOST)
+        proved = min(proved, float(np.min((room - bend)[done], initial=np.inf)))
+        low, high = low[~done], high[~done]
+        middle = (low + high) / 2
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+    return proved
+
+
+def _nearest(a: Array, b: Array) -> Array:
+    """Distance of the origin from the segments a b, (m, 2) each."""
+    step = b - a
+    square = np.sum(step**2, axis=1)
+    share = np.clip(-np.sum(a * step, axis=1) / np.where(square > 0, square, 1.0), 0, 1)
+    return np.asarray(np.hypot(*(a + share[:, None] * step).T))
+
+
+def steady(path: JointPath) -> bool:
+    """Whether no joint jumps: where an angle changes by more than JUMP between instants, these are moved together."""
+    at = np.array(path.changes)
+    if np.any(np.abs(path.absolute(at) - path.absolute(np.nextafter(at, 0))) > TURN):
+        return False
+    cuts = np.unique(np.concatenate([np.linspace(0, path.duration, 20 * FIRST + 1), path.motion.nodes, path.changes]))
+    low, high = cuts[:-1], cuts[1:]
+    for _ in range(HALVINGS):
+        # just before the upper end: an elbow that turns over there has not yet done so
+        end = np.nextafter(high, 0)
+        far = np.max(np.abs(path.absolute(end) - path.absolute(low)), axis=1) > JUMP
+        far |= np.max(np.abs(path.absolute(high) - path.absolute(end)), axis=1) > JUMP
+        low, high = low[far], high[far]
+        if not len(low):
+            return True
+        middle = (low + high) / 2
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+    return False

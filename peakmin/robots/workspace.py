@@ -1,0 +1,197 @@
+"""What the links may not touch: distances, and what is proved of all configurations near one.
+
+While every angle theta_k stays within d_k of a configuration, no point of link k moves by more than
+D_k = sum_{i<=k} l_i d_i. So a link further than D_k from the obstacles there is free of them everywhere near, and one
+with a point deeper than D_k inside touches them everywhere near.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+
+from ..types import Array
+from .kinematics import Chain, Pair
+
+if TYPE_CHECKING:
+    from ..spec.arm_maneuver import ArmManeuver
+
+FREE, OPEN, BLOCKED = 1, 0, -1
+PROBES = np.linspace(0.1, 0.9, 5)  # fractions of a link's part inside an obstacle at which its depth is looked for
+FIRST_CELLS = 64
+MOST_CELLS = 4000  # open cells of one level; more are left open
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """The obstacles of one maneuver, seen from the arm."""
+
+    maneuver: ArmManeuver
+
+    @cached_property
+    def chain(self) -> Chain:
+        return Chain.of(self.maneuver.arm)
+
+    @cached_property
+    def size(self) -> float:
+        """Length of the stretched arm [m]."""
+        return float(np.sum(self.chain.length))
+
+    @cached_property
+    def _world(self) -> Any:
+        return shapely.union_all([shapely.Polygon(block.vertices) for block in self.maneuver.obstacles])
+
+    def clearance(self, theta: Array, world: Any = None) -> Array:
+        """Distance [m] of every link from the obstacles, (..., n) -> (..., n); negative where it is inside.
+
+        Inside, a point of the link is at least this deep.
+        """
+        world = self._world if world is None else world
+        points = self.chain.joints(theta)
+        if shapely.is_empty(world):
+            return np.full(theta.shape, np.inf)
+        lines = shapely.linestrings(np.stack([points[..., :-1, :], points[..., 1:, :]], axis=-2))
+        shapely.prepare(world)
+        out = shapely.distance(lines, world)
+        inside = out == 0
+        if np.any(inside):
+            out[inside] = -_depth(lines[inside], world)
+        return np.asarray(out - self.chain.half_width)
+
+    def touched(self, theta: Array) -> tuple[int, int, float] | None:
+        """An obstacle nearer than the margin in a configuration (n,): its index, the link's, their distance [m]."""
+        for i, block in enumerate(self.maneuver.obstacles):
+            links = self.clearance(theta, shapely.Polygon(block.vertices))
+            if np.min(links) < self.maneuver.margin * (1 - 1e-12):
+                return i, int(np.argmin(links)), float(np.min(links))
+        return None
+
+    def nearest(self, theta: Array) -> Contact:
+        """Which part of the arm is nearest to which obstacle, shape (n,)."""
+        link = int(np.argmin(self.clearance(theta)))
+        points = self.chain.joints(theta)
+        line = shapely.LineString(points[link : link + 2])
+        blocks = [shapely.Polygon(block.vertices) for block in self.maneuver.obstacles]
+        block = int(np.argmin([line.distance(polygon) for polygon in blocks]))
+        on_arm, on_block = shapely.shortest_line(line, blocks[block]).coords
+        along = float(np.hypot(*(np.array(on_arm) - points[link])) / self.chain.length[link])
+        return Contact(link, along, block, (float(on_block[0]), float(on_block[1])))
+
+    def swept(self, spread: Array) -> Array:
+        """D_k [m] for angles within d_k [rad], (..., n) -> (..., n)."""
+        return np.asarray(np.cumsum(self.chain.length * spread, axis=-1))
+
+    def decide(self, theta: Array, spread: Array) -> Array:
+        """FREE where every configuration within the spread is, BLOCKED where none is, else OPEN; (..., n) -> (...)."""
+        slack = self.clearance(theta) - self.maneuver.margin
+        moved = self.swept(spread)
+        free = np.all(slack > moved, axis=-1)
+        blocked = np.any(slack < -moved, axis=-1)
+        return np.where(free, FREE, np.where(blocked, BLOCKED, OPEN))
+
+
+@dataclass(frozen=True)
+class Contact:
+    """What touches, or is nearest: the fraction `along` of a link, and a place [m] on an obstacle's edge."""
+
+    link: int
+    along: float
+    obstacle: int
+    at: tuple[float, float]
+
+    def __str__(self) -> str:
+        part = (
+            "its end"
+            if self.along > 1 - 1e-6
+            else "its first joint"
+            if self.along < 1e-6
+            else f"{self.along:.3f} of it"
+        )
+        return f"link {self.link + 1} ({part}) at obstacles[{self.obstacle}] ({self.at[0]:.4f}, {self.at[1]:.4f})"
+
+
+def _depth(lines: Any, world: Any) -> Array:
+    """How deep inside some point of each line is [m], zero for a line that only touches."""
+    parts = shapely.intersection(lines, world)
+    probes = shapely.line_interpolate_point(_longest(parts)[:, None], PROBES, normalized=True)
+    depth = shapely.distance(probes, world.boundary)
+    return np.asarray(np.max(np.nan_to_num(depth), axis=1))
+
+
+EMPTY = shapely.LineString()
+
+
+def _longest(parts: Any) -> Any:
+    """The longest line of each geometry; a point where there is none."""
+    out = np.array(parts, dtype=object)
+    for i in np.flatnonzero(shapely.get_type_id(parts) != shapely.GeometryType.LINESTRING).tolist():
+        pieces = [piece for piece in getattr(parts[i], "geoms", []) if piece.geom_type == "LineString"]
+        out[i] = max(pieces, key=lambda piece: piece.length) if pieces else EMPTY
+    return out
+
+
+@dataclass(frozen=True)
+class Sheets:
+    """The configurations of a two-link arm with elbows -1, 1 or both: maps of the annulus of its centre of mass.
+
+    A place is blocked where it is so in every sheet.
+    """
+
+    workspace: Workspace
+    elbows: tuple[float, ...]
+
+    @cached_property
+    def pair(self) -> Pair:
+        return Pair(*self.workspace.chain.c.tolist())
+
+    def slack(self, r: Array) -> Array:
+        """How far the arm is from touching or r from the annulus's edges [m], negative beyond; (..., 2) -> (...)."""
+        s, asked = r - self.workspace.chain.base, self.workspace.maneuver
+        rho = np.hypot(s[..., 0], s[..., 1])
+        room = np.minimum(self.pair.outer - rho, rho - self.pair.inner if self.pair.inner > 0 else np.inf)
+        if not asked.obstacles:
+            return np.asarray(room)
+        free = [np.min(self.workspace.clearance(self.pair.angles(s, elbow)), axis=-1) for elbow in self.elbows]
+        return np.asarray(np.minimum(room, np.max(free, axis=0) - asked.margin))
+
+    def decide(self, r: Array, radius: Array) -> Array:
+        """FREE, BLOCKED or OPEN for all centres of mass in balls around r, (..., 2) and (...) [m] -> (...)."""
+        s = r - self.workspace.chain.base
+        rho, spread = np.hypot(s[..., 0], s[..., 1]), self.pair.spread(s, radius)
+        each = [self.workspace.decide(self.pair.angles(s, elbow), spread) for elbow in self.elbows]
+        out = np.max(each, axis=0)
+        beyond = (rho - radius > self.pair.outer) | (rho + radius < self.pair.inner)
+        reached = (rho + radius <= self.pair.outer) & (rho - radius >= self.pair.inner)
+        return np.where(beyond, BLOCKED, np.where((out == FREE) & ~reached, OPEN, out))
+
+    def gaps(self, origin: Array, along: Array, low: float, high: float, finest: float) -> list[tuple[float, float]]:
+        """The intervals of y in [low, high] where origin + y along, (2,) each [m], is not proved blocked.
+
+        Their ends are proved to about `finest` [m]: what is left out is blocked for certain.
+        """
+        edges = np.linspace(low, high, FIRST_CELLS + 1)
+        cells = np.stack([edges[:-1], edges[1:]], axis=1)
+        kept: list[Array] = []
+        while len(cells):
+            middle, half = cells.mean(axis=1), (cells[:, 1] - cells[:, 0]) / 2
+            found = self.decide(origin + middle[:, None] * along, half * (1 + 1e-9))
+            fine = (2 * half <= finest) | (len(cells) > MOST_CELLS)
+            kept.append(cells[(found == FREE) | ((found == OPEN) & fine)])
+            cells = cells[(found == OPEN) & ~fine]
+            middle = cells.mean(axis=1)
+            cells = np.vstack([np.stack([cells[:, 0], middle], axis=1), np.stack([middle, cells[:, 1]], axis=1)])
+        return _merged(np.vstack(kept))
+
+
+def _merged(cells: Array) -> list[tuple[float, float]]:
+    out: list[tuple[float, float]] = []
+    for low, high in cells[np.argsort(cells[:, 0])].tolist():
+        if out and low <= out[-1][1] + 1e-12 * abs(high):
+            out[-1] = (out[-1][0], max(out[-1][1], high))
+        else:
+            out.append((low, high))
+    return out

@@ -1,0 +1,1 @@
+"""What the centre of mass moves in: classes of paths, and what a motion keeps."""

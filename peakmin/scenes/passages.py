@@ -1,0 +1,292 @@
+"""One choice of start and goal configuration, seen by the centre of mass: its lines, gaps, edges and walls."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Literal
+
+import numpy as np
+
+from ..deadline import over
+from ..geometry.frame import Frame
+from ..geometry.trajectory import Trajectory
+from ..robots.joints import JointPath
+from ..robots.kinematics import unit
+from ..robots.workspace import Sheets, Workspace
+from ..spec.arm_maneuver import postures
+from ..spec.maneuver import Maneuver, State
+from ..spec.obstacles import Wall
+from ..types import Array
+
+FINEST = 1e-8  # of the arm: to which the gaps on a line are found
+Edge = Literal["outer", "inner"]
+
+
+@dataclass(frozen=True)
+class Line:
+    """Points r with unit(angle) . (r - start) = offset [m]: the start is before it, the goal beyond."""
+
+    angle: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Through:
+    """A gap of a line, and which of its ends count: (low, high). Fewer ends are a weaker condition."""
+
+    line: Line
+    gap: int
+    ends: tuple[bool, bool]
+
+
+Order = tuple[Through, ...]  # in the order of first crossings
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Paths that touch an edge of the annulus between two angles [rad].
+
+    tangent: at which end of an inner arc the tangent is that they come in over, 0 or 1; 0 for an outer one's chord.
+    """
+
+    edge: Edge
+    arc: tuple[float, float]
+    tangent: int = 0
+
+
+class Passage:
+    """One choice of start and goal configuration: its centre of mass's maneuver, lines and gaps."""
+
+    def __init__(self, workspace: Workspace, start: int, goal: int, any_elbow: bool = False) -> None:
+        asked = workspace.maneuver
+        self.workspace, self.indices, self.any_elbow = workspace, (start, goal), any_elbow
+        self.theta = tuple(
+            np.array(postures(asked.arm, pose)[k]) for pose, k in ((asked.start, start), (asked.goal, goal))
+        )
+        chain = workspace.chain
+        ends = [State(position=chain.centre(theta)) for theta in self.theta]
+        self.maneuver = Maneuver(
+            start=ends[0], goal=ends[1], duration=asked.duration, mass=chain.total, max_peak=asked.max_peak
+        )
+        self.frame = Frame.from_maneuver(self.maneuver)
+        self.length = math.dist(ends[0].position, ends[1].position)
+        self.elbows = tuple(_elbow(theta) for theta in self.theta)
+        self.gaps = cache(self._gaps)
+
+    @property
+    def edges(self) -> list[Edge]:
+        """The circles on which an elbow can turn over."""
+        return ["outer", "inner"]
+
+    @property
+    def keeps(self) -> bool:
+        """Whether start and goal have the same elbow; straight arms have both."""
+        one, other = self.elbows
+        return one == other or 0 in (one, other)
+
+    @property
+    def elbow(self) -> float:
+        """The elbow of a motion that keeps it."""
+        return self.elbows[0] or self.elbows[1] or -1.0
+
+    def joints(self, motion: Trajectory, changes: tuple[float, ...] = ()) -> JointPath:
+        """The joints' motion of two links along a motion of the centre of mass, the elbow turning over at `changes`."""
+        elbow = self.elbows[0] if changes else self.elbow
+        return JointPath(self.workspace.chain, motion, (0, 1), elbow, changes, None, self.theta[0])
+
+    @cached_property
+    def sheets(self) -> Sheets:
+        """The configurations of a motion that keeps its elbow, or with `any_elbow` of every motion."""
+        return Sheets(self.workspace, (-1.0, 1.0) if self.any_elbow else (self.elbow,))
+
+    @cached_property
+    def whole(self) -> Passage:
+        """The same with any elbow."""
+        return Passage(self.workspace, *self.indices, any_elbow=True)
+
+    def _gaps(self, line: Line) -> list[tuple[float, float]]:
+        """The gaps on a line, as intervals of the distance to the left of the point nearest to the start [m]."""
+        origin, along = self.points(line)
+        outer, middle = self.workspace.chain.reach[1], float(along @ (self.workspace.chain.base - origin))
+        return self.sheets.gaps(origin, along, middle - outer, middle + outer, FINEST * self.workspace.size)
+
+    def points(self, line: Line) -> tuple[Array, Array]:
+        """The line's point nearest to the start [m] and its unit vector to the left of the way, (2,) each."""
+        normal = unit(line.angle)
+        return self.maneuver.start.position + line.offset * normal, np.array([-normal[1], normal[0]])
+
+    def parts(self, line: Line) -> bool:
+        """Whether start and goal are on different sides of it."""
+        way = np.subtract(self.maneuver.goal.position, self.maneuver.start.position)
+        return 0 < line.offset < float(unit(line.angle) @ way)
+
+    def before(self, one: Line, other: Line) -> bool:
+        """Whether every path crosses `one` before `other`, which lies wholly beyond it within the outer edge."""
+        origin, along = self.points(other)
+        outer, s = self.workspace.chain.reach[1], origin - self.workspace.chain.base
+        half = math.sqrt(max(outer**2 - float(s @ s) + float(s @ along) ** 2, 0.0))
+        ends = origin + (np.array([[-half], [half]]) - float(s @ along)) * along
+        away = (ends - self.maneuver.start.position) @ unit(one.angle) - one.offset
+        return bool(np.all(away > 1e-9 * self.workspace.size))
+
+    def places(self, order: Order, line: Line) -> list[int]:
+        """Where a line can stand in the order of first crossings."""
+        first = max((k + 1 for k, one in enumerate(order) if self.before(one.line, line)), default=0)
+        last = min((k for k, one in enumerate(order) if self.before(line, one.line)), default=len(order))
+        return list(range(first, last + 1))
+
+    def wall(self, through: Through, lift: float = 0.0) -> Wall | None:
+        """What a gap leaves of its line, narrowed by `lift` [m] at each end that counts; None where that is nothing."""
+        low, high = self.gaps(through.line)[through.gap]
+        if not high - low > 2 * lift:
+            return None
+        origin, along = self.points(through.line)
+        opening = high - low - 2 * lift if all(through.ends) else None
+        if through.ends[0]:
+            return Wall(tip=origin + (low + lift) * along, direction=-along, opening=opening)
+        return Wall(tip=origin + (high - lift) * along, direction=along)
+
+    def past(self, paths: Order | Turned, lift: float = 0.0) -> Maneuver | None:
+        """The maneuver whose least peak bounds these paths; None where there are none."""
+        walls: list[Wall | None]
+        if isinstance(paths, Turned):
+            walls = [self._opening(paths)] if self._must_come_in(paths) else []
+        else:
+            walls = [self.wall(one, lift) for one in paths if any(one.ends)]
+        if any(wall is None for wall in walls):
+            return None
+        return self.maneuver.past([wall for wall in walls if wall is not None])
+
+    def _opening(self, branch: Turned) -> Wall:
+        """What a path to this arc comes in over: its chord, or a tangent up to where both meet, or the base."""
+        (a, b), (inner, outer) = branch.arc, self.workspace.chain.reach
+        if branch.edge == "inner" and inner == 0:
+            return Wall(tip=self.workspace.chain.base, contact="touch")
+        if branch.edge == "outer":
+            first, last = outer * unit(a), outer * unit(b)
+        else:
+            first, last = inner * unit((a, b)[branch.tangent]), inner / math.cos((b - a) / 2) * unit((a + b) / 2)
+        step = last - first
+        tip = self.workspace.chain.base + first
+        return Wall(tip=tip, direction=-step / math.hypot(*step), opening=math.hypot(*step))
+
+    def _must_come_in(self, branch: Turned) -> bool:
+        """Whether start or goal is outside of what arc and segments enclose, so that a path to the arc crosses them."""
+        (a, b), (inner, outer) = branch.arc, self.workspace.chain.reach
+        room = 1e-12 * self.workspace.size
+        for state in (self.maneuver.start, self.maneuver.goal):
+            s = np.array(state.position) - self.workspace.chain.base
+            if branch.edge == "inner" and inner == 0:
+                outside = math.hypot(*s) > room
+            elif branch.edge == "outer":
+                outside = float(unit((a + b) / 2) @ s) < outer * math.cos((b - a) / 2) - room
+            else:
+                turned = abs((math.atan2(s[1], s[0]) - (a + b) / 2 + math.pi) % (2 * math.pi) - math.pi)
+                beyond = max(float(unit(a) @ s), float(unit(b) @ s)) > inner + room
+                outside = beyond or turned > (b - a) / 2 + 1e-12
+            if outside:
+                return True
+        return False
+
+
+def _elbow(theta: Array) -> float:
+    bend = math.sin(theta[1] - theta[0])
+    return 0.0 if abs(bend) < 1e-9 else math.copysign(1.0, bend)
+
+
+def passages(workspace: Workspace) -> list[Passage]:
+    """Every free start configuration with every free goal configuration."""
+    asked = workspace.maneuver
+    free = [
+        [k for k, theta in enumerate(postures(asked.arm, pose)) if workspace.touched(np.array(theta)) is None]
+        for pose in (asked.start, asked.goal)
+    ]
+    return [Passage(workspace, a, b) for a in free[0] for b in free[1]]
+
+
+SHALLOW = 1e-6  # of the arm: a path no further inside counts as touching
+TURNS, PLACES, STEPS = 24, 16, 120  # lines looked at: directions, places of the path, steps along each
+AT_ONCE = 64  # lines
+WINDOW, GRID = 0.03, 21  # of the arm: how far around a contact a better place is looked for; grid points each way
+IDLE = 1e-6  # of the largest multiplier
+
+
+def deepest(passage: Passage, order: Order, path: Array, slack: Array, until: float = math.inf) -> Line | None:
+    """The line through a place where the path hits something along which it is furthest to the next free place.
+
+    Args:
+        order: conditions whose lines are not to come again.
+        path, slack: places of the centre of mass [m], (m, 2), and how far from touching the arm is there [m], (m,).
+        until: a deadline, after which the best of the lines looked at is taken.
+    """
+    shallow = SHALLOW * passage.workspace.size
+    bad = np.flatnonzero(slack < -shallow)
+    bad = bad[np.unique(np.linspace(0, len(bad) - 1, PLACES).astype(int))]
+    bad = np.unique(np.append(bad, np.argmin(slack)))
+    turned = passage.frame.angle + math.pi * (np.arange(TURNS) / TURNS - 0.5)
+    lines = []
+    for at in bad.tolist():
+        for angle in turned.tolist():
+            line = Line(angle, float(unit(angle) @ (path[at] - passage.maneuver.start.position)))
+            known = any(
+                abs(one.line.angle - angle) < 1e-9 and abs(one.line.offset - line.offset) < shallow for one in order
+            )
+            if passage.parts(line) and not known:
+                lines.append((at, line))
+    if not lines:
+        return None
+    reach = 2 * passage.workspace.chain.reach[1]
+    step = reach * (np.arange(1, STEPS + 1) / STEPS) ** 2  # finer close to the path
+    step = np.concatenate([-step[::-1], step])
+    found, most = None, -1.0
+    for some in (lines[k : k + AT_ONCE] for k in range(0, len(lines), AT_ONCE)):
+        across = np.array([[-math.sin(line.angle), math.cos(line.angle)] for _, line in some])
+        r = path[[at for at, _ in some]][:, None, :] + step[:, None] * across[:, None, :]
+        away = np.min(np.where(passage.sheets.slack(r) >= 0, np.abs(step), np.inf), axis=1)
+        away[np.isinf(away)] = -1.0
+        if np.max(away) > most:
+            found, most = some[int(np.argmax(away))][1], float(np.max(away))
+        if over(until):
+            break
+    return found
+
+
+def slid(passage: Passage, order: Order, multipliers: Array) -> Line | None:
+    """The line on which the contact that gives way most by sliding stands best; None where all stand well.
+
+    The least peak grows with the place w of a contact along its multiplier l. So the best place of what blocks the
+    line there is the one furthest along l, and the best line the one through it along l.
+
+    Args:
+        order: the conditions;  multipliers: of their optimum, the conditions' from the third row on.
+    """
+    found, most = None, SHALLOW * passage.workspace.size
+    for one, push in zip(order, multipliers[2:], strict=True):
+        if not np.hypot(*push) > IDLE * np.max(np.abs(multipliers)):
+            continue
+        f = push / np.hypot(*push)
+        origin, along = passage.points(one.line)
+        low, high = passage.gaps(one.line)[one.gap]
+        w = origin + (low if f @ along > 0 else high) * along
+        best = _furthest(passage, w, f)
+        gain, normal = float(f @ (best - w)), np.array([f[1], -f[0]])
+        normal = normal if normal @ passage.frame.along > 0 else -normal
+        line = Line(math.atan2(normal[1], normal[0]), float(normal @ (best - passage.maneuver.start.position)))
+        if gain > most and passage.parts(line):
+            most, found = gain, line
+    return found
+
+
+def _furthest(passage: Passage, w: Array, f: Array) -> Array:
+    """The place near w furthest along f where the arm is blocked, by grids that close in on it."""
+    across, half = np.array([-f[1], f[0]]), WINDOW * passage.workspace.size
+    side = np.linspace(-1, 1, GRID)
+    while half > 0.1 * SHALLOW * passage.workspace.size:
+        r = w + half * (side[:, None, None] * f + side[None, :, None] * across)
+        blocked = passage.sheets.slack(r) < 0
+        if np.any(blocked):
+            w = r[np.unravel_index(np.argmax(np.where(blocked, side[:, None], -np.inf)), blocked.shape)]
+        half *= 4 / GRID
+    return np.asarray(w)

@@ -1,0 +1,101 @@
+"""Arms of three and more links: the joints' motion of least speed that follows the centre of mass's best path.
+
+The centre of mass takes the straight way, whose peak no motion can undercut. The angles that are free on the way are
+splines; among them the one is taken that makes  int |q'|^2 dt  least, q the joint angles, and keeps clear.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from contextlib import suppress
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize
+
+from ..deadline import OverError, over
+from ..plan.arm_plan import ArmPlan
+from ..plan.plan import Made, peak_of
+from ..programs.least_peak import LeastPeak
+from ..proofs.branch_and_bound import certify
+from ..proofs.double_integrator import PointMass
+from ..robots.joints import JointPath, steadiest
+from ..robots.workspace import Workspace
+from ..scenes.arm_proof import ArmProof, Branch, PassageProof
+from ..scenes.passages import passages
+from ..spec.settings import Settings
+from ..types import Array
+from .finish import finished
+
+KNOTS = 6  # between start and goal
+SAMPLES = 120
+WEIGHTS = (0.0, 1e2, 1e4)  # of what is not kept, round by round; relative to the straight way's speed
+ROOM = 0.005  # of the arm: a clearance below which it counts as not kept
+
+
+def redundant(workspace: Workspace, settings: Settings, began: float, until: float) -> ArmPlan:
+    """The plan of an arm of at least three links; "unknown" where the links cannot be kept clear on this path."""
+    passage = passages(workspace)[0]
+    mass = PointMass.of(passage.maneuver)
+    found = certify(mass, 1e-6)
+    proof = ArmProof((PassageProof(passage.indices, None, (), Branch(tuple(found.leaves))),))
+    least = LeastPeak(passage.maneuver, settings, until=until)
+    bracket, motion = least(np.zeros(0)), least.motion(np.zeros(0))
+    path, peak = None, np.inf
+    pair = steadiest(workspace.chain, *passage.theta)
+    if motion is not None and pair is not None:
+        peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
+        first = JointPath(workspace.chain, motion, *pair, (), None, passage.theta[0])
+        path = slowest(workspace, first, passage.theta[1], until)
+    made = Made(settings.solver, least.count.compilations, least.count.solves, found.nodes, time.perf_counter() - began)
+    bound = proof.bound(workspace.maneuver)
+    return finished(workspace, passage, settings, passage.maneuver, np.zeros(0), path, float(peak), proof, bound, made)
+
+
+def slowest(workspace: Workspace, path: JointPath, goal: Array, until: float = math.inf) -> JointPath:
+    """The path with the free angles of least int |q'|^2 dt that keeps clear, to the goal's absolute angles (n,).
+
+    At the deadline `until` the best that was met is taken.
+    """
+    rest, margin = path.rest, workspace.maneuver.margin
+    first, last = path.start[rest], goal[rest]
+    knots = np.linspace(0, path.duration, KNOTS + 2)
+    t = np.linspace(0, path.duration, SAMPLES + 1)
+    size, pair = workspace.size, path.two
+    scale = float(np.sum((goal - path.start) ** 2)) / path.duration or 1.0
+
+    def through(x: Array) -> JointPath:
+        values = np.vstack([first, x.reshape(KNOTS, -1), last])
+        spline = CubicSpline(knots, values, bc_type="clamped")
+        return JointPath(path.chain, path.motion, path.pair, path.elbow, (), spline, path.start)
+
+    best: tuple[float, Array]
+
+    def cost(x: Array, weight: float) -> float:
+        nonlocal best
+        if over(until):
+            raise OverError
+        trial = through(x)
+        rho = np.hypot(*np.moveaxis(trial.left(t), -1, 0))
+        short = np.maximum(np.maximum(rho - pair.outer, pair.inner - rho) + ROOM * size, 0.0)
+        with np.errstate(all="ignore"):
+            theta, rates, _ = trial.rates(t)
+        speed = np.diff(rates, axis=-1, prepend=0.0)
+        energy = float(np.trapezoid(np.minimum(np.nan_to_num(np.sum(speed**2, axis=-1), nan=1e6), 1e6), t))
+        if weight and workspace.maneuver.obstacles:
+            near = margin + ROOM * size - np.min(workspace.clearance(theta), axis=-1)
+            short = short + np.maximum(near, 0.0)
+        found = energy + scale * (1e3 + weight) * float(np.mean((short / size) ** 2)) * 1e2
+        best = min(best, (found, x.copy()), key=lambda one: one[0])
+        return found
+
+    x = (first + np.linspace(0, 1, KNOTS + 2)[1:-1, None] * (last - first)).ravel()
+    for weight in WEIGHTS if workspace.maneuver.obstacles else WEIGHTS[:1]:
+        best = math.inf, x
+        with suppress(OverError):
+            x = minimize(cost, x, args=(weight,), method="L-BFGS-B", options={"maxiter": 60}).x
+            continue
+        x = best[1]
+        break
+    return through(x)

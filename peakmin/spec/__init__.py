@@ -1,0 +1,1 @@
+"""What is asked and how: models, their one-line refusals, their files."""

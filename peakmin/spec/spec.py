@@ -1,0 +1,91 @@
+"""The spec file of a centre of mass, and what of its maneuver and settings does not go together."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, ClassVar
+
+from pydantic import AfterValidator, Field, model_validator
+
+from ..errors import SpecError
+from .maneuver import Maneuver
+from .model import Model
+from .settings import MOST_ROWS, GlobalSearch, Settings, SweepSearch
+
+MAX_SWEEP_POINTS = 100_000  # ordered obstacle times; above it a sweep would take days
+MOST_CERTIFIED = 8  # walls; a box of obstacle times has 2^q corners
+
+
+def known_version(version: int) -> int:
+    """The version of a spec or plan file. Raises `ValueError` for one that is not known."""
+    if version != 1:
+        raise ValueError("1 (the only version so far)")
+    return version
+
+
+class Spec(Model):
+    """A whole spec file of a centre of mass; `ArmSpec` reads those with an arm."""
+
+    kind_of_file: ClassVar[str] = "spec"
+
+    version: Annotated[int, Field(strict=True), AfterValidator(known_version)] = 1
+    maneuver: Maneuver
+    settings: Settings = Settings()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _is_of_a_point(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "arm" in data:
+            raise ValueError(".arm: was given, must be left out here (peakmin.ArmSpec reads spec files with an arm)")
+        return data
+
+    @model_validator(mode="after")
+    def _fit_together(self) -> Spec:
+        try:
+            check(self.maneuver, self.settings)
+        except SpecError as error:
+            raise ValueError(f".{error}") from None
+        return self
+
+
+def check(maneuver: Maneuver, settings: Settings) -> None:
+    """Refuse settings that do not fit the maneuver. Raises `SpecError`."""
+    for name, given, kind in (("maneuver", maneuver, Maneuver), ("settings", settings, Settings)):
+        if not isinstance(given, kind):
+            whole = " (a spec has both: .maneuver, .settings)" if isinstance(given, Spec) else ""
+            raise SpecError(f"{name}: was a {type(given).__name__}, must be a peakmin.{kind.__name__}{whole}")
+    walls, grid, search = len(maneuver.walls), settings.grid, settings.search
+    if not maneuver.simple and not isinstance(search, GlobalSearch):
+        what = "blocks" if maneuver.blocks else "a region" if maneuver.region is not None else "a max_speed"
+        raise SpecError(f"settings.search.kind: was {search.kind!r}, must be 'global' for a maneuver with {what}")
+    if grid.steps < walls + 2:
+        raise SpecError(f"settings.grid.steps: was {grid.steps}, must be at least {walls + 2} (walls + 2)")
+    if grid.steps * walls > MOST_ROWS:
+        most = f"at most {MOST_ROWS // walls} for {walls} walls"
+        raise SpecError(f"settings.grid.steps: was {grid.steps}, must be {most}")
+    if isinstance(search, SweepSearch):
+        start, stop = search.span(maneuver.duration)
+        for name, value in (("start", start), ("stop", stop)):
+            if not 0 < value < maneuver.duration:
+                raise SpecError(
+                    f"settings.search.{name}: was {value}, must be between 0 and the duration {maneuver.duration}"
+                )
+        if start > stop:
+            raise SpecError(f"settings.search.start: was {start}, must not be after stop, {stop}")
+    if isinstance(search, GlobalSearch):
+        if walls > MOST_CERTIFIED:
+            most = f"at most {MOST_CERTIFIED} for a global search"
+            raise SpecError(f"maneuver.obstacles: was {walls} walls, must be {most}")
+        return
+    if walls > search.count:
+        raise SpecError(f"settings.search.count: was {search.count}, must be at least the number of walls, {walls}")
+    if math.comb(search.count, walls) > MAX_SWEEP_POINTS:
+        raise SpecError(
+            f"maneuver.obstacles: was {walls} walls, must be fewer for {search.count} obstacle times "
+            f"(at most {MAX_SWEEP_POINTS} ordered choices)"
+        )
+
+
+def schema() -> dict[str, Any]:
+    """The JSON Schema of a spec file."""
+    return Spec.model_json_schema()

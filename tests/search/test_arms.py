@@ -1,0 +1,624 @@
+"""Arms: mapping, proofs of clearance, search with changes of elbow, simulation, files."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from scipy.interpolate import CubicSpline
+
+import peakmin as pm
+from peakmin import cli
+from peakmin.queries.compare import compare
+from peakmin.queries.explain_arm import explain_arm
+from peakmin.queries.simulate import simulate
+from peakmin.robots.joints import JointPath, closely, torques
+from peakmin.robots.kinematics import Chain, Pair
+from peakmin.robots.link_clearance import link_clearance
+from peakmin.robots.workspace import BLOCKED, FREE, Sheets, Workspace
+from peakmin.scenes.passages import Turned, passages
+from peakmin.search.course import Course
+from peakmin.spec.arm_maneuver import postures
+from peakmin.view import arm_words as terminal
+from peakmin.view.words import advice
+
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
+ROD = {"length": 1.0, "mass": 1.0}
+TABLE = pm.Block(vertices=[(0.1, 0.75), (0.6, 0.75), (0.6, 1.3), (0.1, 1.3)])
+
+
+def example(name):
+    return pm.ArmSpec.read(EXAMPLES / f"{name}.json")
+
+
+@pytest.fixture(scope="module")
+def two_link():
+    spec = example("two_link")
+    return pm.solve(spec.asked, spec.settings)
+
+
+@pytest.fixture(scope="module")
+def three_link():
+    spec = example("three_link")
+    return pm.solve(spec.asked, spec.settings)
+
+
+def small(**changes):
+    """Two equal rods past a table."""
+    task = {
+        "arm": pm.Arm(links=[pm.Link(**ROD), pm.Link(**ROD)]),
+        "start": pm.Pose(tip=(1.2, -0.6), elbow="up"),
+        "goal": pm.Pose(tip=(1.2, 0.9), elbow="up"),
+        "duration": 2.0,
+    }
+    return pm.ArmManeuver(**{**task, **changes})
+
+
+@pytest.mark.parametrize(
+    ("tip", "centre"),
+    [((2.22, -2.693), (2.5, -0.2)), ((7.0394, 0.5228), (3.45, 1.2)), ((5.478, -0.306), (2.82, 1.3))],
+)
+def test_the_papers_tips_map_to_its_centres_of_mass(tip, centre):
+    arm = example("two_link").arm
+    (theta,) = postures(arm, pm.Pose(tip=tip, elbow="up"))
+    chain = Chain.of(arm)
+    assert chain.tip(theta) == pytest.approx(tip, abs=1e-12)
+    assert chain.centre(theta) == pytest.approx(centre, abs=2e-3)
+    assert chain.reach == (2.0, 4.0)
+
+
+def test_payload_and_uneven_links_count_in_the_centre_of_mass():
+    arm = pm.Arm(links=[pm.Link(length=2, mass=3, com=0.5), pm.Link(length=1, mass=2)], base=(1, -1), payload=5)
+    chain, theta = Chain.of(arm), np.array([0.3, -0.9])
+    e = [np.array([np.cos(a), np.sin(a)]) for a in theta]
+    places = [0.5 * e[0], 2 * e[0] + 0.5 * e[1], 2 * e[0] + e[1]]
+    wanted = np.array([1, -1]) + sum(m * r for m, r in zip((3, 2, 5), places, strict=True)) / 10
+    assert chain.centre(theta) == pytest.approx(wanted, abs=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_two_links_reach_what_they_are_asked_and_their_spread_is_a_bound(seed):
+    rng = np.random.default_rng(seed)
+    pair = Pair(*rng.uniform(0.3, 2, 2))
+    rho, phi = rng.uniform(pair.inner, pair.outer), rng.uniform(-np.pi, np.pi)
+    s, elbow = rho * np.array([np.cos(phi), np.sin(phi)]), rng.choice([-1.0, 1.0])
+    theta = pair.angles(s, elbow)
+    reached = pair.a * np.array([np.cos(theta[0]), np.sin(theta[0])])
+    reached += pair.b * np.array([np.cos(theta[1]), np.sin(theta[1])])
+    assert reached == pytest.approx(s, abs=1e-13)
+    radius = 10 ** rng.uniform(-4, -0.3)
+    turn = rng.uniform(0, 2 * np.pi, 4000)
+    around = s + radius * np.sqrt(rng.uniform(0, 1, (4000, 1))) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    size = np.hypot(*around.T)
+    around = around[(size >= pair.inner) & (size <= pair.outer)]
+    apart = np.abs((pair.angles(around, elbow) - theta + np.pi) % (2 * np.pi) - np.pi)
+    assert np.all(apart <= pair.spread(s, np.array(radius)) + 1e-12)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_decided_of_a_ball_holds_in_all_of_it(seed):
+    rng = np.random.default_rng(seed)
+    workspace = Workspace(example("two_link").asked)
+    sheets = Sheets(workspace, (-1.0,))
+    middle = rng.uniform([1.5, -1], [4, 2], (300, 2))
+    radius = 10 ** rng.uniform(-3, -0.5, 300)
+    decided = sheets.decide(middle, radius)
+    turn = rng.uniform(0, 2 * np.pi, (300, 40))
+    around = middle[:, None] + (radius * np.sqrt(rng.uniform(0, 1, (40, 300)))).T[..., None] * np.stack(
+        [np.cos(turn), np.sin(turn)], axis=-1
+    )
+    slack = sheets.slack(around)
+    assert np.all(slack[decided == FREE] >= 0)
+    assert np.all(slack[decided == BLOCKED] <= 0)
+    assert np.any(decided == FREE)
+    assert np.any(decided == BLOCKED)
+
+
+def test_gaps_leave_out_only_what_is_blocked():
+    workspace = Workspace(example("two_link").asked)
+    sheets = Sheets(workspace, (-1.0,))
+    for x in (2.6, 2.9, 3.2, 3.6):
+        gaps = sheets.gaps(np.array([x, 0.0]), np.array([0.0, 1.0]), -4.0, 4.0, 1e-8)
+        y = np.linspace(-4, 4, 20_001)
+        free = sheets.slack(np.stack([np.full_like(y, x), y], axis=-1)) >= 0
+        inside = np.any([(y >= low) & (y <= high) for low, high in gaps], axis=0)
+        assert np.all(inside[free])
+        assert np.mean(inside) - np.mean(free) < 1e-3
+        assert len(gaps) == {2.6: 1, 2.9: 2, 3.2: 2, 3.6: 2}[x]
+
+
+def test_two_link_example_is_solved_from_its_workspace(two_link):
+    plan = two_link
+    assert plan.status == "solved"
+    assert plan.clearance >= 0
+    assert plan.gap <= 1e-4
+    assert plan.peak == pytest.approx(0.50042, abs=5e-5)
+    (contact,) = plan.contacts
+    assert (contact.link, contact.obstacle) == (1, 0)
+    assert contact.along == pytest.approx(1, abs=1e-9)
+    assert contact.at == pytest.approx((5.478, -0.306), abs=1e-9)
+    assert plan.obstacle_times == pytest.approx([3.1227], abs=1e-3)
+    assert plan.position(plan.obstacle_times[0]) == pytest.approx((2.82, 1.3), abs=1e-3)
+    assert plan.joints.chain.tip(plan.joints.absolute(plan.maneuver.duration)) == pytest.approx((7.0394, 0.5228))
+
+
+def test_stated_clearance_is_a_bound_and_close(two_link):
+    workspace, path = Workspace(two_link.maneuver), two_link.joints
+    world = shapely.union_all([shapely.Polygon(block.vertices) for block in two_link.maneuver.obstacles])
+    points = path.chain.joints(path.absolute(np.linspace(0, 5, 200_001)))
+    near = min(float(np.min(shapely.distance(shapely.linestrings(points[:, k : k + 2]), world))) for k in (0, 1))
+    found = link_clearance(workspace, path)
+    assert found.least <= near <= found.least + 1e-5 * workspace.size
+    assert two_link.clearance == found.least
+
+
+def test_no_free_motion_beats_the_bound(two_link):
+    """Motions by way of random places at random times, kept out of everything node by node."""
+    rng, found = np.random.default_rng(0), []
+    (passage,) = passages(Workspace(two_link.maneuver))
+    for _ in range(5):
+        places = rng.uniform([2.4, 1.2], [3.0, 1.7], (12, 2))
+        via = places[np.argmax(passage.sheets.slack(places) > 0)]
+        past = passage.maneuver.past([pm.Wall(tip=tuple(via), contact="touch")])
+        found.append(Course(passage, past, pm.Disc(), 40).free(rng.uniform(0.4, 0.7, 1)))
+    peaks = [one.peak for one in found if one is not None]
+    assert len(peaks) >= 3
+    assert min(peaks) >= two_link.lower_bound
+
+
+def test_a_path_to_an_edge_comes_in_over_its_segments():
+    """Of random curves to a place on either edge each crosses a segment of the arc that it ends on."""
+    (passage,) = passages(Workspace(small()))
+    chain, rng = passage.workspace.chain, np.random.default_rng(0)
+    first = np.array(passage.maneuver.start.position) - chain.base
+    met = dict.fromkeys(passage.edges, 0)
+    for edge, radius in (("outer", passage.workspace.chain.reach[1]), ("inner", passage.workspace.chain.reach[0])):
+        for _ in range(60):
+            a = rng.uniform(-np.pi, np.pi)
+            b = a + rng.uniform(0.05, 1.0)
+            branches = [Turned(edge, (a, b), k) for k in range(2 if edge == "inner" else 1)]
+            if not passage._must_come_in(branches[0]):
+                continue
+            end = radius * np.array([np.cos(x := rng.uniform(a, b)), np.sin(x)])
+            s = np.linspace(0, 1, 4001)[:, None]
+            rho = np.clip(
+                np.hypot(*first) + s * (radius - np.hypot(*first)) + rng.normal() * 0.3 * s * (1 - s),
+                *passage.workspace.chain.reach,
+            )
+            turn = np.arctan2(first[1], first[0]) * (1 - s) + np.arctan2(end[1], end[0]) * s
+            curve = shapely.LineString(np.hstack([rho * np.cos(turn), rho * np.sin(turn)]))
+            segments = []
+            for branch in branches:
+                wall = passage._opening(branch)
+                tip = np.array(wall.tip) - chain.base
+                along = -np.array(wall.direction) / np.hypot(*wall.direction)
+                segments.append(shapely.LineString([tip, tip + wall.opening * along]))
+            assert any(curve.distance(segment) < 1e-3 for segment in segments)
+            met[edge] += 1
+    assert min(met.values()) >= 20
+
+
+def test_the_elbow_turns_over_where_only_that_helps():
+    blocked = small(goal=pm.Pose(tip=(1.2, 0.9), elbow="either"), obstacles=[TABLE])
+    plan = pm.solve(blocked)
+    assert plan.status == "solved"
+    (at,) = plan.elbow_changes
+    assert plan.gap < 0.01
+    reach = plan.joints.chain.reach
+    r, v = plan.position(at), plan.velocity(at)
+    assert np.min(np.abs(np.hypot(*r) - reach)) < 1e-9
+    assert abs(r @ v) < 1e-9 * np.hypot(*v) + 1e-9
+    assert np.sign(plan.angles(0.0)[1]) == -np.sign(plan.angles(2.0)[1])
+    assert pm.verify(plan.to_json()).passed
+    with pytest.raises(
+        pm.SpecError, match=r"obstacles\[0\]: was -0.\d+ m from link 2 at the goal, must leave the arm 0 m free there"
+    ):
+        small(goal=pm.Pose(tip=(1.2, 0.9), elbow="up"), obstacles=[TABLE])
+
+
+def test_a_change_of_elbow_is_not_taken_where_keeping_it_is_cheaper():
+    plan = pm.solve(small(goal=pm.Pose(tip=(1.2, 0.9), elbow="either")))
+    assert plan.status == "solved"
+    assert plan.elbow_changes == ()
+    assert plan.gap < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"goal": pm.Pose(tip=(3, 0), elbow="up")}, r"^goal.tip: was \[3.0, 0.0\], must be 0 to 2 m from the base"),
+        ({"goal": pm.Pose(joints=(0, 0, 0))}, r"^goal.joints: was 3 angles, must be 2"),
+        (
+            {"obstacles": [pm.Block(vertices=[(1.1, -0.7), (1.3, -0.7), (1.3, -0.5), (1.1, -0.5)])]},
+            r"^obstacles\[0\]: was -0.\d+ m from link 2 at the start",
+        ),
+        (
+            {"obstacles": [pm.Block(vertices=[(3, 3), (4, 3), (4, 4)], side="left")]},
+            r"^obstacles\[0\].side: was 'left', must be left out",
+        ),
+    ],
+)
+def test_impossible_tasks_are_refused_in_one_line(changes, words):
+    with pytest.raises(pm.SpecError, match=words):
+        small(**changes)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        ({"elbow": "up"}, "tip: was missing"),
+        ({"joints": (0, 1), "tip": (1, 1)}, "tip: was given beside joints"),
+        ({"joints": (0, 1), "elbow": "up"}, "elbow: was 'up', must be left out"),
+    ],
+)
+def test_poses_are_joints_or_a_tip(data, words):
+    with pytest.raises(pm.SpecError, match=words):
+        pm.Pose(**data)
+
+
+def test_a_peak_below_the_bound_is_proved_infeasible():
+    plan = pm.solve(small(max_peak=0.1))
+    assert plan.status == "infeasible"
+    assert plan.lower_bound > 0.1
+    assert pm.verify(plan.to_json()).passed
+
+
+def test_limits_of_joints_are_reported():
+    links = [pm.Link(**ROD, max_speed=0.1), pm.Link(**ROD, limits=(-1.7, 0.0))]
+    plan = pm.solve(small(arm=pm.Arm(links=links)))
+    assert plan.status == "unknown"
+    assert [one.split(":")[0] for one in plan.exceeded] == ["arm.links[0].max_speed", "arm.links[1].limits"]
+
+
+@pytest.mark.parametrize("name", ["two_link", "three_link"])
+def test_the_base_feels_the_planned_force(name, request):
+    plan = request.getfixturevalue(name)
+    found = simulate(plan)
+    assert found.agrees
+    assert found.felt_peak == pytest.approx(found.planned_peak, rel=5e-4)
+    assert found.error <= 5e-4
+    assert found.drift < 1e-3
+
+
+def test_the_simulation_can_disagree(three_link, monkeypatch):
+    """Torques for links of twice the inertia drive the arm elsewhere."""
+    path = three_link.joints
+    chain = dataclasses.replace(path.chain, inertia=2 * path.chain.inertia)
+    wrong = torques(dataclasses.replace(path, chain=chain), np.linspace(0, 2, 20_000))
+    monkeypatch.setattr(type(three_link), "torques", lambda self, t: wrong)
+    found = simulate(three_link)
+    assert not found.agrees
+    assert found.error > 0.05
+
+
+def test_three_links_follow_the_best_path(three_link):
+    plan = three_link
+    assert plan.status == "solved"
+    assert plan.gap < 1e-6
+    assert plan.clearance > 0
+    assert plan.angles(0.0) == pytest.approx((0.2, 1.3, 0.9), abs=1e-9)
+    assert plan.angles(2.0) == pytest.approx((1.1, 0.5, -0.6), abs=1e-9)
+    t = np.linspace(0, 2, 999)
+    assert plan.joints.chain.centre(plan.joints.absolute(t)) == pytest.approx(plan.position(t), abs=1e-12)
+    assert pm.verify(plan.to_json()).passed
+
+
+def test_speeds_are_derivatives(three_link):
+    path, h = three_link.joints, 1e-5
+    t = np.linspace(0.05, 1.95, 33)
+    _, first, second = path.rates(t)
+    away = np.abs(t - 1) > 0.01  # where the control switches
+    change = (path.absolute(t + h) - path.absolute(t - h)) / (2 * h)
+    assert change[away] == pytest.approx(first[away], abs=1e-7)
+    change = (path.rates(t + h)[1] - path.rates(t - h)[1]) / (2 * h)
+    assert change[away] == pytest.approx(second[away], abs=1e-6)
+
+
+def test_what_it_saves(two_link):
+    rows = {row.name: row for row in compare(two_link)}
+    assert set(rows) == {"least peak", "joint quintic", "minimum jerk", "smooth C2, tuned"}
+    assert all(row.ratio >= 1 for row in rows.values())
+    assert rows["least peak"].peak < rows["smooth C2, tuned"].peak < rows["minimum jerk"].peak
+    assert rows["joint quintic"].clearance < 0
+
+
+def changed(plan, change):
+    data = json.loads(plan.to_json())
+    change(data)
+    return json.dumps(data)
+
+
+def _control(data):
+    data["acceleration"][40][0] += 1e-3
+
+
+def _multiplier(data):
+    data["proof"][0]["kept"]["children"][0]["leaves"][0]["multipliers"][0][0] *= 1.5
+
+
+def _child(data):
+    children = data["proof"][0]["kept"]["children"]
+    children[1] = None
+
+
+def _arc(data):
+    del data["proof"][0]["touching"][0]
+
+
+def _pose(data):
+    data["spec"]["maneuver"]["goal"]["tip"][0] -= 1e-3
+
+
+def _table(data):
+    data["spec"]["maneuver"]["obstacles"][0]["vertices"][0][1] += 1e-3
+
+
+def _changes(data):
+    data["path"]["changes"] = [2.5]
+
+
+@pytest.mark.parametrize("change", [_control, _multiplier, _child, _arc, _pose, _table, _changes])
+@pytest.mark.parametrize("signed", [False, True])
+def test_changed_files_are_refused(two_link, change, signed):
+    from peakmin.plan.document import digest
+
+    data = json.loads(changed(two_link, change))
+    if signed:
+        data["digest"] = digest(data)
+    assert not pm.verify(json.dumps(data)).passed
+
+
+def test_a_file_gives_the_plan_back(two_link):
+    again = pm.ArmPlan.from_json(two_link.to_json())
+    assert again.to_json() == two_link.to_json()
+    assert pm.verify(two_link.to_json()).passed
+
+
+def test_figures_and_animation(two_link):
+    from peakmin.view.arm_plots import animate, figures
+
+    drawn = figures(two_link)
+    assert set(drawn) == {"plan", "poses", "joint_angles", "path", "base_force", "peak_over_time"}
+    for figure in drawn.values():
+        assert all(ax.get_xlabel() and ax.get_ylabel() for ax in figure.axes)
+    assert animate(two_link, frames=3)[:6] == b"GIF89a"
+
+
+def test_the_terminal_solves_verifies_simulates(tmp_path, capsys, monkeypatch):
+    from peakmin import cli
+    from peakmin.view import arm_plots as plots
+
+    monkeypatch.setattr(plots, "FRAMES", 2)
+    monkeypatch.setattr(plots.animate, "__defaults__", (2,))
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stopped:
+            cli.main([str(a) for a in arguments])
+        return stopped.value.code or 0, capsys.readouterr()
+
+    status, said = run("solve", EXAMPLES / "two_link.json", "--out", tmp_path)
+    assert status == 0
+    assert "link 2 (its end) at obstacles[0] (5.4780, -0.3060)" in said.out
+    assert {"plan.json", "plan.csv", "plan.png", "poses.png", "arm.gif"} <= {file.name for file in tmp_path.iterdir()}
+    assert run("verify", tmp_path / "plan.json")[0] == 0
+    status, said = run("simulate", tmp_path / "plan.json", "--json")
+    assert status == 0
+    found = json.loads(said.out)
+    assert found["simulated_peak"] == pytest.approx(found["planned_peak"], rel=0.005)
+    status, said = run("compare", EXAMPLES / "general_problem.json")
+    assert (status, said.err) == (2, "peakmin: arm: was missing, must be given for `compare`\n")
+
+
+def equal_shares():
+    """Both links carry the same share of the centre of mass: folded, it is at the base, and joint 1 is free there."""
+    return pm.Arm(links=[pm.Link(length=1, mass=1, com=0.5), pm.Link(length=2, mass=1, com=1.5)])
+
+
+def test_the_bound_knows_of_motions_through_the_base():
+    """Straight through the base the elbow turns over in the folded arm: peak 4 D / T^2."""
+    d, e = np.pi - 0.6, np.pi + 0.6
+    start, goal = pm.Pose(joints=(np.pi / 2 - d / 2, d)), pm.Pose(joints=(np.pi / 2 - e / 2, e))
+    plan = pm.solve(pm.ArmManeuver(arm=equal_shares(), start=start, goal=goal, duration=1.0))
+    chain = Chain.of(equal_shares())
+    way = np.hypot(*(chain.centre(np.cumsum(start.joints)) - chain.centre(np.cumsum(goal.joints))))
+    assert plan.lower_bound <= 4 * way * (1 + 1e-9)
+    assert plan.status == "solved"
+
+
+@pytest.mark.parametrize("more", [0.0, 4e-4])
+def test_joints_do_not_jump_over_the_base(more):
+    arm = pm.Arm(links=[pm.Link(length=1, mass=1), pm.Link(length=2, mass=1, com=1.5 + more)])
+    pair = Pair(*Chain.of(arm).c)
+    ends = [pair.angles(np.array([x, 0.0]), 1.0) for x in (1.1, -0.6)]
+    poses = [pm.Pose(joints=(a, b - a)) for a, b in ends]
+    plan = pm.solve(pm.ArmManeuver(arm=arm, start=poses[0], goal=poses[1], duration=1.0))
+    assert plan.status == "solved"
+    theta = plan.joints.absolute(np.linspace(0, 1, 100_001))
+    assert np.max(np.abs(np.diff(theta, axis=0))) < 0.05
+    assert plan.gap < 1e-3
+
+
+def test_start_at_the_goal_is_no_motion():
+    plan = pm.solve(small(goal=pm.Pose(tip=(1.2, -0.6), elbow="up")))
+    assert (plan.status, plan.peak, plan.lower_bound) == ("solved", 0.0, 0.0)
+
+
+@pytest.mark.parametrize("elbow", ["up", "down"])
+def test_forged_changes_of_elbow_are_refused(elbow):
+    from peakmin.plan.document import digest
+
+    plan = pm.solve(small(goal=pm.Pose(tip=(1.2, 0.9), elbow=elbow)))
+    data = json.loads(plan.to_json())
+    data["path"]["changes"] = [0.5, 1.0] if elbow == "up" else [plan.elbow_changes[0] - 0.1]
+    data["joints"] = pm.ArmPlan.from_json(json.dumps(data)).document()["joints"]
+    data["digest"] = digest(data)
+    found = pm.verify(json.dumps(data))
+    assert any("a joint jumps" in one for one in found.problems)
+
+
+def test_full_turns_of_the_start_count():
+    """Those of the goal do not: its angles are what the motion makes them."""
+    arm = pm.Arm(links=[pm.Link(**ROD, limits=(-1, 2)), pm.Link(**ROD)])
+    near, far = pm.Pose(joints=(0.2, 1.0)), pm.Pose(joints=(1 + 2 * np.pi, 0.7))
+    plan = pm.solve(small(arm=arm, start=near, goal=far, obstacles=()))
+    assert plan.status == "solved"
+    assert plan.angles(plan.maneuver.duration) == pytest.approx([1, 0.7])
+    turned = pm.Pose(joints=(0.2 + 2 * np.pi, 1.0))
+    with pytest.raises(
+        pm.SpecError, match=r"^start.joints\[0\]: was 6.48319 rad, must be within arm.links\[0\].limits"
+    ):
+        small(arm=arm, start=turned, goal=far)
+    free = pm.Arm(links=[pm.Link(**ROD), pm.Link(**ROD)])
+    assert pm.solve(small(arm=free, start=turned, goal=far)).angles(0.0) == pytest.approx(turned.joints)
+
+
+@pytest.mark.parametrize(
+    ("limits", "poses", "words"),
+    [
+        ((-0.5, 0.6), {"goal": pm.Pose(joints=(0.7, 1.0))}, r"^goal.joints\[0\]: was 0.7 rad"),
+        ((-0.5, 0.6), {"goal": pm.Pose(tip=(0.1, 1.7))}, r"^goal.tip: was \[0.1, 1.7\], joint 1 2.06\d+ rad"),
+        ((2.0, 3.0), {"start": pm.Pose(tip=(1.9, 0.1))}, r"^start.tip: was \[1.9, 0.1\], joint 1 \S+ rad"),
+    ],
+)
+def test_poses_outside_of_the_limits_are_refused(limits, poses, words):
+    arm = pm.Arm(links=[pm.Link(**ROD, limits=limits), pm.Link(**ROD)])
+    fitting = pm.Pose(joints=(sum(limits) / 2, 1.0))
+    with pytest.raises(pm.SpecError, match=words):
+        small(arm=arm, **({"start": fitting, "goal": fitting} | poses))
+
+
+@pytest.mark.parametrize(("short", "kept"), [(1e-12, True), (1e-6, False)])
+def test_a_limit_may_be_where_a_motion_ends(short, kept):
+    """Up to rounding errors of sums and differences; and one of two elbows within its limits is enough."""
+    ends = {"start": pm.Pose(joints=(0.7, 0.1)), "goal": pm.Pose(joints=(0.2, 1.2))}
+    free = pm.solve(small(**ends, obstacles=()))
+    highest = float(np.max(free.angles(np.linspace(0, 2, 2001))[:, 0]))
+    arm = pm.Arm(links=[pm.Link(**ROD, limits=(-1, highest - short)), pm.Link(**ROD)])
+    same = dataclasses.replace(free, maneuver=free.maneuver.model_copy(update={"arm": arm}))
+    assert (same.exceeded == []) == kept
+    elbows = pm.Arm(links=[pm.Link(**ROD), pm.Link(**ROD, limits=(0, 2))])
+    small(arm=elbows, start=ends["start"], goal=pm.Pose(tip=(1.2, 0.9)))
+
+
+def test_an_arm_spec_is_no_spec_of_a_centre_of_mass():
+    with pytest.raises(pm.SpecError, match=r"^arm: .*ArmSpec"):
+        pm.Spec.read(EXAMPLES / "two_link.json")
+
+
+def test_derivatives_of_free_angles_are_bounded_between_knots():
+    rng = np.random.default_rng(3)
+    knots = np.sort(np.concatenate([[0.0, 1.0], rng.uniform(0, 1, 5)]))
+    spline = CubicSpline(knots, rng.normal(size=(7, 1)), bc_type="clamped")
+    arm = pm.Arm(links=[pm.Link(length=1, mass=1)] * 3)
+    path = JointPath(Chain.of(arm), None, (0, 1), 1.0, (), spline, np.zeros(3))
+    low = np.linspace(0, 1, 8)[:-1]
+    for order in (1, 2):
+        bound = path._largest(low, low + 1 / 7, 0, order)
+        dense = np.abs(spline(low[:, None] + np.linspace(0, 1 / 7, 5001), order)[..., 0]).max(axis=1)
+        assert np.all(bound >= dense * (1 - 1e-12))
+        assert bound == pytest.approx(dense, rel=1e-2)
+
+
+def test_a_fast_joint_between_samples_is_seen():
+    """Close by its base a folded arm turns within a few millionths of the duration."""
+    pair = Pair(0.25, 0.25)
+    ends = [pair.angles(np.array([x, 3e-5]), 1.0) for x in (0.31, -0.2113)]
+    first, last = (pm.Pose(joints=(float(a), float(b - a))) for a, b in ends)
+    links = [pm.Link(length=0.5, mass=1, com=0, max_speed=1e4), pm.Link(length=1, mass=1)]
+    plan = pm.solve(pm.ArmManeuver(arm=pm.Arm(links=links), start=first, goal=last, duration=2))
+    assert plan.status == "unknown"
+    assert "1.56e+04" in plan.exceeded[0]
+
+
+def test_an_elbow_that_turns_over_beside_its_edge_jumps():
+    task = small(start=pm.Pose(tip=(1.2, -0.6), elbow="up"), goal=pm.Pose(tip=(1.3, 0.4), elbow="down"), obstacles=())
+    plan = pm.solve(task)
+    assert plan.status == "solved"
+    path = dataclasses.replace(plan.joints, changes=(plan.joints.changes[0] + 0.002,))
+    assert not link_clearance(Workspace(plan.maneuver), path).steady
+
+
+def test_explanations_of_arms_are_tried_out():
+    plan = pm.solve(small(max_peak=0.1))
+    why = plan.explanation
+    assert {"max_peak", "duration"} <= set(why.conflict)
+    assert {one.field for one in why.repairs} == {"max_peak", "duration"}
+    for one in why.repairs:
+        assert pm.solve(one.maneuver).status == "solved"
+
+
+def test_an_explanation_of_an_arm_that_has_no_time_says_so():
+    why = explain_arm(pm.solve(small(max_peak=0.1)), 0.0)
+    assert not why.complete
+    assert not why.repairs
+    assert "it ended before" in str(why)
+
+
+def test_angles_that_look_like_degrees_are_pointed_out():
+    plan = pm.solve(small(start=pm.Pose(joints=(90, -45)), goal=pm.Pose(joints=(1, -0.5)), obstacles=()))
+    said = terminal.facts(plan)
+    assert "start.joints[0] is 90 rad, 14.3 turns" in said
+    assert "start.joints[1] is -45 rad, 7.16 turns" in said
+    assert "goal.joints" not in said
+
+
+def test_limits_that_look_like_degrees_are_pointed_out():
+    links = [pm.Link(**ROD, limits=(-150, 150)), pm.Link(**ROD)]
+    said = terminal.facts(pm.solve(small(arm=pm.Arm(links=links))))
+    assert "arm.links[0].limits is 150 rad, 23.9 turns" in said
+
+
+def test_contacts_are_where_the_arm_is_close():
+    """An obstacle time at which an obstacle, as a wall, only bends the path is none."""
+    arm = pm.Arm(links=[pm.Link(length=0.9, mass=2, half_width=0.03), pm.Link(length=0.7, mass=1, half_width=0.03)])
+    block = pm.Block(vertices=[(1.1, 0.0), (1.5, 0.0), (1.5, 0.15), (1.1, 0.15)])
+    for goal in ((0.9, 0.9), (1.0, 0.7)):
+        task = small(arm=arm, start=pm.Pose(tip=(1.0, -0.8), elbow="up"), goal=pm.Pose(tip=goal, elbow="up"))
+        plan = pm.solve(task.model_copy(update={"obstacles": (block,), "margin": 0.02}))
+        workspace = Workspace(plan.maneuver)
+        for t, contact in zip(plan.contact_times, plan.contacts, strict=True):
+            theta = plan.joints.absolute(t)
+            assert np.min(workspace.clearance(theta)) <= 0.02 + 2e-3 * workspace.size
+            link = shapely.LineString(workspace.chain.joints(theta)[contact.link : contact.link + 2])
+            assert link.distance(shapely.Point(contact.at)) <= 0.03 + 0.02 + 2e-3 * workspace.size
+    plan = dataclasses.replace(plan, obstacle_times=np.array([0.01, 1.99]))
+    assert not {0.01, 1.99} & set(plan.contact_times)
+
+
+def test_what_an_arm_does_not_keep_has_its_own_advice():
+    links = [pm.Link(**ROD, max_speed=0.2), pm.Link(**ROD)]
+    plan = pm.solve(small(arm=pm.Arm(links=links), obstacles=()))
+    assert plan.status == "unknown"
+    assert plan.free
+    assert advice(plan)[1:] == ["a larger max_speed, or a longer duration"]
+
+
+def test_the_simulation_refuses_what_it_cannot_follow(tmp_path, two_link):
+    path = dataclasses.replace(two_link.clear, within=-0.1)
+    with pytest.raises(pm.PeakminError, match="leaves what is in reach"):
+        simulate(dataclasses.replace(two_link, clear=path))
+    data = json.loads(two_link.to_json())
+    data["joints"][30][0] += 0.01
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    with pytest.raises(pm.SpecError, match=r"^digest: was that of another text"):
+        cli.simulate_command(tmp_path / "plan.json")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_speeds_are_looked_at_where_each_joint_is_fastest(seed):
+    """Also the slower joint's, and where two of its peaks are nearly as large."""
+    rng = np.random.default_rng(seed)
+    links = [pm.Link(length=x, mass=m) for x, m in rng.uniform(0.5, 2, (2, 2))]
+    start, goal = (pm.Pose(joints=(float(rng.uniform(-3, 3)), float(rng.uniform(0.3, 2.8)))) for _ in range(2))
+    path = pm.solve(pm.ArmManeuver(arm=pm.Arm(links=links), start=start, goal=goal, duration=1)).joints
+    assert not path.changes
+
+    def speeds(t):
+        return np.abs(np.diff(path.rates(t)[1], axis=-1, prepend=0.0))
+
+    coarse = np.linspace(0, 1, 50_001)
+    for k, at in enumerate(coarse[np.argmax(speeds(coarse), axis=0)]):
+        near = np.clip(at + np.linspace(-2e-5, 2e-5, 4001), 0, 1)
+        assert np.max(speeds(closely(path))[:, k]) >= np.max(speeds(near)[:, k]) * (1 - 1e-8)

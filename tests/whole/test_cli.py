@@ -1,0 +1,193 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import peakmin as pm
+from peakmin import cli
+
+EXAMPLES = sorted(
+    p
+    for p in (Path(__file__).parent.parent.parent / "examples").glob("*.json")
+    if not p.name.startswith(("study_", "impossible"))
+)
+
+
+def run(*arguments):
+    return subprocess.run([sys.executable, "-c", "from peakmin.cli import main; main()", *map(str, arguments)],
+                          capture_output=True, text=True, timeout=300)  # fmt: skip
+
+
+def call(capsys, *arguments):
+    """In this process: exit status, stdout, stderr."""
+    with pytest.raises(SystemExit) as end:
+        cli.main([str(a) for a in arguments])
+    out = capsys.readouterr()
+    return end.value.code, out.out, out.err
+
+
+@pytest.fixture
+def spec(tmp_path):
+    def write(**maneuver):
+        base = {"start": {"position": [0, 0]}, "goal": {"position": [1, 0]}, "duration": 1.0}
+        path = tmp_path / "spec.json"
+        path.write_text(
+            json.dumps({"maneuver": {**base, **maneuver}, "settings": {"grid": {"kind": "aligned", "steps": 40}}})
+        )
+        return path
+
+    return write
+
+
+def test_there_are_five_examples_and_more():
+    assert len(EXAMPLES) >= 5
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_examples_solve(path, capsys):
+    status, out, err = call(capsys, "solve", path, "--json")
+    document = json.loads(out)
+    assert (status, document["status"], err) == (0, "solved", "")
+    assert document["lower_bound"] <= document["peak"]
+    for key in ("gap", "peak_force", "obstacle_times", "times", "position", "velocity", "acceleration"):
+        assert key in document
+
+
+def test_solve_writes_its_files(spec, tmp_path, capsys):
+    status, out, _ = call(
+        capsys, "solve", spec(obstacles=[{"kind": "wall", "tip": [0.5, 0.2]}]), "--out", tmp_path / "o"
+    )
+    assert status == 0
+    assert "solved: peak" in out
+    assert {p.name for p in (tmp_path / "o").iterdir()} == {"plan.json", "plan.csv", "plan.png"}
+
+
+def test_a_centre_of_mass_is_animated_when_asked(spec, tmp_path, capsys):
+    assert call(capsys, "solve", spec(), "--out", tmp_path / "o", "--gif")[0] == 0
+    assert (tmp_path / "o" / "plan.gif").read_bytes().startswith(b"GIF89a")
+
+
+def test_sweep_prints_m_over_the_obstacle_times(spec, tmp_path, capsys):
+    path = spec(obstacles=[{"kind": "wall", "tip": [0.5, 0.5]}])
+    status, out, _ = call(capsys, "sweep", path, "--json", "--out", tmp_path / "o")
+    document = json.loads(out)
+    assert status == 0
+    assert len(document["obstacle_times"]) == len(document["peak"]) == 18
+    assert document["best"]["peak"] == min(document["peak"])
+    assert {"sweep.json", "sweep.csv", "sweep.png", "plan.json"} <= {p.name for p in (tmp_path / "o").iterdir()}
+    status, out, _ = call(capsys, "sweep", path)
+    assert "<- least" in out
+
+
+def test_schema_is_json_schema(capsys):
+    status, out, _ = call(capsys, "schema")
+    assert status == 0
+    assert json.loads(out) == json.loads(json.dumps(pm.schema()))
+
+
+def test_infeasible_is_exit_status_3(spec, capsys):
+    status, out, err = call(capsys, "solve", spec(max_peak=3.9), "--json")
+    assert (status, json.loads(out)["status"], err) == (3, "infeasible", "")
+
+
+def test_bad_input_is_one_line_and_exit_status_2(spec, tmp_path):
+    for arguments in (("solve", spec(duration=0)), ("sweep", tmp_path / "none.json"), ("solve", tmp_path)):
+        result = run(*arguments)
+        assert result.returncode == 2
+        assert result.stdout == ""
+        assert result.stderr.count("\n") == 1
+        assert "Traceback" not in result.stderr
+
+
+def test_wrong_usage_is_exit_status_2():
+    for arguments in (("solve",), ("fly",), ("solve", "a.json", "--fast")):
+        result = run(*arguments)
+        assert result.returncode == 2
+        assert "Traceback" not in result.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_refused(spec, tmp_path, capsys):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    status, _, err = call(capsys, "solve", spec(), "--out", blocked / "o")
+    assert status == 2
+    assert err.count("\n") == 1
+
+
+def test_the_impossible_example_is_explained():
+    result = run("explain", EXAMPLES[0].parent / "impossible.json")
+    assert result.returncode == 3
+    assert "raise max_peak to 6.14 m/s²" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"durration": 2.5}, "maneuver.duration: was missing, must be given ('durration': no such field)"),
+        ({"goal": {"pos": [1, 0]}}, "maneuver.goal.position: was missing, must be given ('pos': no such field)"),
+        (
+            {"obstacles": [{"tips": [1, 0]}]},
+            "maneuver.obstacles[0].tip: was missing, must be given ('tips': no such fi",
+        ),
+    ],
+)
+def test_a_misspelt_field_is_named_beside_the_missing_one(tmp_path, capsys, change, words):
+    data = {"start": {"position": [0, 0]}, "goal": {"position": [1, 0]}, "duration": 1} | change
+    if "durration" in change:
+        del data["duration"]
+    path = tmp_path / "spec.json"
+    path.write_text(json.dumps({"maneuver": data}))
+    status, out, err = call(capsys, "solve", path)
+    assert (status, out) == (2, "")
+    assert err.startswith("peakmin: " + words)
+
+
+def test_files_of_another_kind_are_called_so(spec, tmp_path, capsys):
+    status, out, _ = call(capsys, "solve", spec(), "--out", tmp_path)
+    assert status == 0
+    assert f"\nwrote {tmp_path}\n" in out
+    plan, study, other = tmp_path / "plan.json", tmp_path / "study.json", tmp_path / "plan.csv"
+    study.write_text(json.dumps({"base": {}, "grid": {}}))
+    for command, path, words in (
+        ("solve", plan, "was a plan (see `peakmin verify`), must be a spec"),
+        ("solve", study, "was a study file (see `peakmin study`), must be a spec"),
+        ("solve", other, "was not JSON"),
+        ("verify", other, "was not JSON"),
+        ("verify", study, "was a study file (see `peakmin study`), must be a plan"),
+        ("verify", spec(), "was a spec (see `peakmin solve`), must be a plan"),
+        ("sweep", plan, "was a plan (see `peakmin verify`), must be a spec"),
+        ("study", plan, "was a plan (see `peakmin verify`), must be a study file"),
+        ("study", other, "was not JSON"),
+        ("simulate", plan, "was a plan of a centre of mass, must be one of an arm for `simulate`"),
+    ):
+        status, out, err = call(capsys, command, path)
+        assert (status, out) == (2, "")
+        assert err.startswith(f"peakmin: {path}: {words}")
+        assert err.count("\n") == 1
+
+
+def test_what_cannot_be_written_is_refused_before_anything_is_solved(spec, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("peakmin.api.solve", None)
+    (tmp_path / "file").write_text("")
+    study = tmp_path / "study.json"
+    study.write_text(json.dumps({"base": json.loads(spec().read_text()), "grid": {"maneuver.mass": [1.0]}}))
+    for arguments, words in (
+        (["solve", spec(), "--gif"], "--gif: was given, must come with --out"),
+        (["solve", spec(), "--report", tmp_path], f"{tmp_path}: was a folder, must be a file to write"),
+        (["solve", spec(), "--report", tmp_path / "file" / "page.html"], "cannot be written"),
+        (["study", study, "--out", tmp_path / "rows.txt"], "must be a folder, or end in .csv or .parquet"),
+    ):
+        status, out, err = call(capsys, *arguments)
+        assert (status, out) == (2, "")
+        assert words in err
+        assert err.count("\n") == 1
+
+
+def test_a_number_of_very_many_digits_is_called_so(tmp_path, capsys):
+    path = tmp_path / "spec.json"
+    path.write_text('{"maneuver": {"duration": ' + "1" * 5000 + "}}")
+    status, _, err = call(capsys, "solve", path)
+    assert status == 2
+    assert err == f"peakmin: {path}: was one with a number of too many digits, must have at most 4300\n"

@@ -1,0 +1,48 @@
+"""The same spec gives the same bytes of plan.json, timings aside, in any process."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent.parent
+EXAMPLES = ["moving_start", "two_link_cm", "non_convex_block", "over_and_under", "satellite_arm", "three_link"]
+SOLVES = """
+import json, sys
+from peakmin import api
+import peakmin as pm
+from tests.random_arms import task
+
+def written(maneuver, settings=None):
+    data = json.loads(pm.solve(maneuver, settings).to_json())
+    assert data["made"].pop("seconds") > 0
+    print(json.dumps(data))
+
+for name in sys.argv[1:]:
+    spec = api.read_spec(f"examples/{name}.json")
+    written(spec.maneuver if isinstance(spec, pm.Spec) else spec.asked, spec.settings)
+for seed in (5, 20):
+    written(task(seed), pm.Settings(grid=pm.Aligned(steps=40), rounds=20))
+"""
+
+
+@pytest.fixture(scope="module")
+def runs():
+    """What two processes with other hashes and other histories write, a line for each plan."""
+    processes = []
+    for seed, names in (("1", EXAMPLES), ("2", EXAMPLES[::-1])):
+        environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
+        arguments = [sys.executable, "-c", SOLVES, *names]
+        processes.append(subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True, env=environment, cwd=ROOT))
+    first, second = (process.communicate(timeout=300)[0].splitlines() for process in processes)
+    count = len(EXAMPLES)
+    return dict(zip([*EXAMPLES, 5, 20], zip(first, [*second[:count][::-1], *second[count:]], strict=True), strict=True))
+
+
+@pytest.mark.parametrize("name", [*EXAMPLES, 5, 20])
+def test_the_same_spec_gives_the_same_bytes(runs, name):
+    first, second = runs[name]
+    assert first == second
+    assert '"version": 1' in first
