@@ -120,15 +120,18 @@ def places(node: ast.AST) -> Iterator[tuple[ast.AST, str, int | None, ast.AST]]:
                 yield from places(child)
 
 
-def mutants(module: str, functions: list[str], exact: bool) -> list[Mutant]:
-    """All of them in the functions named, methods with their class; of all functions where none is named."""
+def mutants(module: str, functions: list[str], exact: bool | list[str]) -> list[Mutant]:
+    """All of them in the functions named, methods with their class; of all functions where none is named.
+
+    exact: whether `<` and `<=` differ, or in which functions.
+    """
     tree = ast.parse(PACKAGE.joinpath(*module.split(".")).with_suffix(".py").read_text())
     homes = [("", tree), *((f"{c.name}.", c) for c in tree.body if isinstance(c, ast.ClassDef))]
     own = {home + f.name: f for home, body in homes for f in body.body if isinstance(f, ast.FunctionDef)}
     out = []
     for name in functions or own:
         for parent, field, index, node in places(own[name]):
-            for new in variants(node, exact):
+            for new in variants(node, exact if isinstance(exact, bool) else name in exact):
                 change = " -> ".join(ast.unparse(one).partition("\n")[0] for one in (node, new))
                 out.append(Mutant(module, name, tree, parent, field, index, new, getattr(node, "lineno", 0), change))
     return out
