@@ -5,7 +5,7 @@ import pytest
 
 import peakmin as pm
 from peakmin.paper import GENERAL, STEP, TWO_LINK, obstacle_nodes
-from peakmin.proofs.branch_and_bound import certify
+from peakmin.proofs.branch_and_bound import least_over_times
 from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
 
@@ -35,7 +35,7 @@ def test_ipopt(benchmark):
     ],
 )
 def test_certified(benchmark, name, maneuver, gap):
-    found = benchmark(lambda: certify(PointMass.of(maneuver), gap))
+    found = benchmark(lambda: least_over_times(PointMass.of(maneuver), gap))
     unit = PointMass.of(maneuver).unit
     benchmark.extra_info.update(
         group="proof", name=name, value=found.best.upper * unit, gap=found.gap, boxes=found.nodes

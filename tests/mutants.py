@@ -6,7 +6,7 @@ process of its own, forked when they are collected, the fastest first. Those tha
 exit status 1. Equivalent ones, which change no proof, are listed in `mutants.toml` with the reason; what is noticed after
 all does not belong there.
 
-    python -m tests.mutants [MODULE ...]    # such as certify arm.proof; default all of them
+    python -m tests.mutants [MODULE ...]    # such as least_over_times arm.proof; default all of them
 """
 
 from __future__ import annotations

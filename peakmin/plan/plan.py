@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from ..geometry.trajectory import Trajectory
 from ..proofs.bounds import Leaf, Proof
 from ..proofs.bracket import Bracket
-from ..proofs.check import Check, check
+from ..proofs.check import Check, check_motion
 from ..proofs.double_integrator import PointMass
 from ..proofs.sensitivity import Sensitivities, optimal, sensitivities
 from ..scenes.blocks import WaysProof
@@ -98,7 +98,7 @@ class Planned:
 
     def check(self) -> Check:
         """Propagate the control anew, hold by hold, and compare with everything the plan states."""
-        return check(self.crossing, self._motion(), self.obstacle_times, self.peak)
+        return check_motion(self.crossing, self._motion(), self.obstacle_times, self.peak)
 
     def to_json(self, *, indent: int | None = None) -> str:
         """The plan as one JSON document (text; write it where you like)."""
@@ -257,7 +257,7 @@ def from_bracket(
     peak, kept, distance = math.inf, False, math.inf
     if motion is not None:
         peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
-        if not check(crossing, motion, seconds, peak).passed:
+        if not check_motion(crossing, motion, seconds, peak).passed:
             motion, peak = None, math.inf
     if motion is not None:
         keeps = keeping(maneuver, motion)

@@ -10,7 +10,7 @@ from ..geometry.frame import Frame
 from ..geometry.trajectory import HoldTrajectory, Trajectory
 from ..proofs.bracket import Bracket
 from ..proofs.double_integrator import PointMass
-from ..proofs.extremal import Extremal, settled
+from ..proofs.extremal import Extremal, extremal_or_proposed
 from ..spec.control_set import Disc, Polygon
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Aligned, Bisection, Exact, Settings
@@ -52,7 +52,7 @@ class LeastPeak:
         key = placed.tobytes()
         if key not in self._known:
             if isinstance(self.settings.method, Exact):
-                self._extremals[key] = settled(self.mass, placed, self._propose)
+                self._extremals[key] = extremal_or_proposed(self.mass, placed, self._propose)
                 bracket = self._extremals[key].bracket
             else:
                 bracket = self._asked(times)

@@ -219,7 +219,7 @@ class _Program(ABC):
         except (cp.SolverError, ValueError, ArithmeticError) as error:
             return Answer(status=f"failed: {error}")
         with np.errstate(all="ignore"):  # what is not finite then proves nothing
-            return Answer(self._control(), self.circle.costate(self._bound), str(problem.status))
+            return Answer(self._control(), self.circle.hold_costate(self._bound), str(problem.status))
 
     @abstractmethod
     def _control(self) -> Array | None:

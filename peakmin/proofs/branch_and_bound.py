@@ -51,7 +51,7 @@ class Certificate:
         return max(upper - self.lower, 0.0) / upper if upper > 0 and math.isfinite(upper) else float(upper > 0)
 
 
-def certify(
+def least_over_times(
     mass: PointMass,
     gap: float,
     node_limit: int = 100_000,
@@ -89,7 +89,7 @@ def certify(
     size, nodes, begun = np.hypot(*best.multipliers.T), 1, [root]
     push = size[2:] > IDLE * np.max(size, initial=0.0)
     if 0 < best.upper < math.inf and not np.all(push) and bound < (1 - gap) * best.upper:
-        few = certify(mass.only(push), gap / 2, node_limit, until, progress, at[push], enough)
+        few = least_over_times(mass.only(push), gap / 2, node_limit, until, progress, at[push], enough)
         nodes, leaves = few.nodes, [_past_idle(leaf, push, at) for leaf in few.leaves]
         if few.lower >= (1 - gap) * best.upper:
             return Certificate(leaves, min(few.lower, best.upper), best, at, nodes, True)
@@ -135,7 +135,7 @@ def _without(mass: PointMass, gap: float, at: Array, until: float) -> Iterator[l
     """
     fewer = np.vstack([~np.eye(mass.walls, dtype=bool), np.zeros(mass.walls, dtype=bool)])
     for push in np.unique(fewer, axis=0):
-        few = certify(mass.only(push), gap, FEW[mass.walls], until, start=at[push])
+        few = least_over_times(mass.only(push), gap, FEW[mass.walls], until, start=at[push])
         yield [_past_idle(leaf, push, at) for leaf in few.leaves]
 
 

@@ -35,7 +35,7 @@ class Check:
         return max(self.goal, self.walls) <= CHECK and self.peak <= 1e-12
 
 
-def check(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, peak: float) -> Check:
+def check_motion(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, peak: float) -> Check:
     """Errors of a motion against its maneuver, its acceleration integrated by an eight-point Gauss rule.
 
     Args:

@@ -228,7 +228,7 @@ def transition(dt: float) -> tuple[Array, Array]:
     return np.array([[1.0, dt], [0.0, 1.0]]), np.array([0.5 * dt * dt, dt])
 
 
-def costate(multipliers: Array, times: Array, end: ArrayLike = 1.0) -> tuple[Array, Array]:
+def costate_at_kinks(multipliers: Array, times: Array, end: ArrayLike = 1.0) -> tuple[Array, Array]:
     """The kinks 0, T_1 .. T_q, end in order, shape (..., q+2), and p = sum l g there, shape (..., q+2, 2).
 
     p is linear between the kinks. Leading axes of times (..., q), multipliers (..., 2+q, 2) and end (...) broadcast;
@@ -252,5 +252,5 @@ def normalized(multipliers: Array) -> Array:
 
 def impulse(multipliers: Array, times: Array, end: ArrayLike = 1.0) -> Array:
     """I = int_0^end |p(t)| dt in closed form, shape (...), for times (..., q) and multipliers (..., 2+q, 2)."""
-    kinks, p = costate(multipliers, times, end)
+    kinks, p = costate_at_kinks(multipliers, times, end)
     return np.asarray(np.sum(np.diff(kinks, axis=-1) * mean_norm(p[..., :-1, :], p[..., 1:, :]), axis=-1))

@@ -20,7 +20,7 @@ from ..spec.settings import Aligned
 from ..types import Array, Mask
 from .bounds import lower_bound
 from .bracket import Bracket
-from .double_integrator import PointMass, costate, normalized
+from .double_integrator import PointMass, costate_at_kinks, normalized
 from .nodal import Nodal
 from .primal import LANDED, coasting, motion
 
@@ -80,12 +80,12 @@ def extremal(mass: PointMass, times: Array, start: Array | None = None, depth: i
     n = len(nodal.kinks)
     if mass.floor(times) == 0:
         return Extremal(0.0, 0.0, np.zeros((n, 2)), coasting(nodal))
-    p = least_energy(nodal) if start is None else costate(normalized(start), times)[1]
+    p = least_energy(nodal) if start is None else costate_at_kinks(normalized(start), times)[1]
     best = _from(nodal, p, depth)
     if start is None and best.gap > SETTLED:
         # one equation may decide alone, with p silent wherever it does not look
         single = max(mass.elementary(times), key=lambda multipliers: lower_bound(mass, times, multipliers))
-        best = _join(best, _from(nodal, costate(single, times)[1], depth))
+        best = _join(best, _from(nodal, costate_at_kinks(single, times)[1], depth))
     return best
 
 
@@ -157,7 +157,7 @@ def _join(one: Extremal, other: Extremal) -> Extremal:
     return replace(upper, lower=lower.lower, multipliers=lower.multipliers)
 
 
-def settled(mass: PointMass, times: Array, propose: Callable[[Array], Bracket]) -> Extremal:
+def extremal_or_proposed(mass: PointMass, times: Array, propose: Callable[[Array], Bracket]) -> Extremal:
     """`extremal`, started again from a conic solver's multipliers where it does not settle by itself.
 
     Where that does not settle either, the solver's own holds are taken if their peak is less.

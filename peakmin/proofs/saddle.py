@@ -28,7 +28,7 @@ import numpy as np
 
 from ..geometry.integrals import mean_norm
 from ..types import Array, Mask
-from .double_integrator import ROUNDING, PointMass, costate
+from .double_integrator import ROUNDING, PointMass, costate_at_kinks
 
 MOST_VERTICES = 2000  # of the ordered part of a box
 SWEEPS = 12  # over the times, towards the least value of the bound in the box
@@ -55,7 +55,7 @@ def saddle(mass: PointMass, low: Array, high: Array, at: Array, multipliers: Arr
     h = segments(vertices(low, high))
     if not len(h):
         return 0.0, place
-    values = costate(trial, at)[1]
+    values = costate_at_kinks(trial, at)[1]
     if not np.any(values):
         return 0.0, place
     p, flat = pushing(mass, values / np.max(np.abs(values)), h)

@@ -10,7 +10,7 @@ import numpy as np
 from ..spec.maneuver import Maneuver
 from ..types import Array
 from .bounds import lower_bound
-from .double_integrator import PointMass, costate, impulse, normalized
+from .double_integrator import PointMass, costate_at_kinks, impulse, normalized
 from .extremal import SETTLED, extremal, far_apart
 
 AGAIN = 10  # how often Newton's method goes on from where it came to
@@ -56,7 +56,7 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
     speed = np.zeros(mass.walls)
     if np.any(pushing):
         speed[pushing] = np.sum(rates[2:] * _velocities(maneuver, times, multipliers), axis=1)[pushing]
-    _, p = costate(trial, times)
+    _, p = costate_at_kinks(trial, times)
     position, velocity, slope = 1 / mass.time**2, 1 / mass.time, mass.unit / mass.time
     return Sensitivities(
         tips=rates[2:] * position,

@@ -23,7 +23,7 @@ from ..spec.maneuver import Maneuver, State, walls_only
 from ..spec.obstacles import Wall
 from ..spec.reading import short
 from ..spec.settings import Exact, Settings
-from ..spec.spec import check
+from ..spec.spec import refuse_unfit
 from ..types import Array
 
 TOGETHER = 1000  # queries at given times that are answered at once
@@ -84,7 +84,7 @@ class PeakOracle:
 
     def __init__(self, maneuver: Maneuver, settings: Settings | None = None) -> None:
         self.maneuver, self.settings = maneuver, settings or Settings(method=Exact())
-        check(self.maneuver, self.settings)
+        refuse_unfit(self.maneuver, self.settings)
 
     def plan(
         self,

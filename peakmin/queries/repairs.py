@@ -14,7 +14,7 @@ import shapely
 from ..deadline import left, over
 from ..errors import SpecError
 from ..geometry.frame import Frame
-from ..proofs.branch_and_bound import certify
+from ..proofs.branch_and_bound import least_over_times
 from ..proofs.double_integrator import PointMass
 from ..scenes.impossible import impossible, least_way
 from ..search.solve import solve
@@ -125,7 +125,7 @@ class Trials:
 
         mass = PointMass.of(maneuver.past(maneuver.walls))
         circle = self.settings.circle.facing(Frame.from_maneuver(maneuver).angle)
-        times = certify(mass, 1e-3, until=self.until).times
+        times = least_over_times(mass, 1e-3, until=self.until).times
         kept = KeptProgram(maneuver, maneuver.walls, circle, Aligned(steps=COARSE), until=self.until).at(times)
         return kept is not None and kept[1].upper * mass.unit <= (maneuver.max_peak or math.inf)
 

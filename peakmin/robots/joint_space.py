@@ -113,7 +113,9 @@ def flood(workspace: Workspace, cells: int = FLOODS[0]) -> Flood:
     return found
 
 
-def settled(workspace: Workspace, ends: list[tuple[tuple[Array, ...], float | None]], until: float = math.inf) -> Flood:
+def decisive_flood(
+    workspace: Workspace, ends: list[tuple[tuple[Array, ...], float | None]], until: float = math.inf
+) -> Flood:
     """The coarsest flood, of FLOODS, that parts or joins each two configurations, keeping the elbow given with them.
 
     After the deadline `until` it gets no finer.
@@ -127,7 +129,7 @@ def settled(workspace: Workspace, ends: list[tuple[tuple[Array, ...], float | No
 
 
 @dataclass(frozen=True)
-class Way:
+class JointWay:
     """Configurations (k, 2) from start to goal, from each to the next free: to follow within a duration [s]."""
 
     workspace: Workspace

@@ -22,7 +22,7 @@ from ..proofs.bounds import Leaf
 from ..proofs.branch_and_bound import Certificate
 from ..proofs.double_integrator import PointMass
 from ..proofs.extremal import extremal
-from ..robots.joint_space import Way
+from ..robots.joint_space import JointWay
 from ..robots.kinematics import unit
 from ..robots.link_clearance import link_clearance
 from ..scenes.arm_proof import Branch, looked_at, split
@@ -91,7 +91,9 @@ Certify = Callable[[Maneuver, int, Array | None, float], Certificate]  # boxes, 
 class Tree:
     """The search over one passage's orders; `way`: one that is free, if it is known."""
 
-    def __init__(self, passage: Passage, gap: float, certify: Certify, until: float, way: Way | None = None) -> None:
+    def __init__(
+        self, passage: Passage, gap: float, certify: Certify, until: float, way: JointWay | None = None
+    ) -> None:
         self.passage, self.gap, self._certify, self._until, self.way = passage, gap, certify, until, way
         self.workspace = passage.workspace
         self.best: Candidate | None = None

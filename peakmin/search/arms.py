@@ -16,9 +16,9 @@ from functools import cached_property
 import numpy as np
 
 from ..deadline import over
-from ..proofs.branch_and_bound import Certificate, certify
+from ..proofs.branch_and_bound import Certificate, least_over_times
 from ..proofs.double_integrator import PointMass
-from ..robots.joint_space import Flood, Way, settled
+from ..robots.joint_space import Flood, JointWay, decisive_flood
 from ..robots.workspace import Workspace
 from ..scenes.arm_proof import ArmProof, PassageProof, Touching
 from ..scenes.passages import Edge, Passage, passages
@@ -98,7 +98,7 @@ class ArmSearch:
         every = passages(self.workspace)
         if self.workspace.maneuver.obstacles:
             ends = [(one.theta, one.elbow if one.keeps else None) for one in every]
-            self._flood = settled(self.workspace, ends, self._until)
+            self._flood = decisive_flood(self.workspace, ends, self._until)
         every, flooded = [one for one in every if self._joined(one)], len(every)
         parted = len(every) < flooded or any(one.keeps and not self._joined(one, one.elbow) for one in every)
         trees = {
@@ -143,10 +143,10 @@ class ArmSearch:
         """Whether a motion, or one that keeps this elbow, is not proved impossible."""
         return self._flood is None or not self._flood.parts(passage.theta, elbow)
 
-    def _way(self, passage: Passage, elbow: float | None = None) -> Way | None:
+    def _way(self, passage: Passage, elbow: float | None = None) -> JointWay | None:
         """A way of free configurations, if one is known."""
         way = None if self._flood is None else self._flood.way(passage.theta, elbow)
-        return None if way is None else Way(self.workspace, way, self.workspace.maneuver.duration)
+        return None if way is None else JointWay(self.workspace, way, self.workspace.maneuver.duration)
 
     def _alone(self, passage: Passage) -> bool:
         """Whether a tree of all motions is enough: without obstacles both elbows see the same."""
@@ -170,7 +170,7 @@ class ArmSearch:
         limit = (self.workspace.maneuver.max_peak or math.inf) * (1 + 1e-6)
         level = min(enough, self.upper, limit) / mass.unit if not self._late else 0.0
         boxes = max(min(boxes, self._boxes - self.boxes), 1)
-        found = certify(mass, gap, node_limit=boxes, until=self._until, start=start, enough=level)
+        found = least_over_times(mass, gap, node_limit=boxes, until=self._until, start=start, enough=level)
         self.boxes += found.nodes
         if self._progress:
             self._progress(self.rounds, self._most)

@@ -18,7 +18,7 @@ from ..deadline import over
 from ..geometry.trajectory import HoldTrajectory, Trajectory
 from ..programs.states import StateProgram
 from ..proofs.double_integrator import PointMass
-from ..robots.joint_space import Way
+from ..robots.joint_space import JointWay
 from ..robots.joints import JointPath
 from ..robots.link_clearance import link_clearance
 from ..robots.workspace import Sheets
@@ -191,7 +191,7 @@ class Course:
         )
 
 
-def steered(passage: Passage, past: Maneuver, times: Array, way: Way | None, until: float) -> Steered | None:
+def steered(passage: Passage, past: Maneuver, times: Array, way: JointWay | None, until: float) -> Steered | None:
     """A free motion that keeps its elbow: past walls at about these times [scaled], or near a way that is free."""
     found = Course(passage, past, Disc(), COARSE, until=until).free(np.clip(times, 1e-3, 1 - 1e-3))
     # the walls have shown the way; without them it can be better

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Made, Status
-from ..proofs.check import check
+from ..proofs.check import check_motion
 from ..robots.joints import JointPath
 from ..robots.link_clearance import link_clearance
 from ..robots.workspace import Workspace
@@ -39,7 +39,7 @@ def finished(
     clear, limit = None, workspace.maneuver.max_peak or math.inf
     kept = False
     ends = path is not None and begins(passage, path) and lands(workspace, path)
-    if path is not None and not (ends and check(crossing, path.motion, times, peak).passed):
+    if path is not None and not (ends and check_motion(crossing, path.motion, times, peak).passed):
         path, peak = None, math.inf
     if path is not None:
         clear = link_clearance(workspace, path)

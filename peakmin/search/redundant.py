@@ -18,7 +18,7 @@ from ..deadline import OverError, over
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Made, peak_of
 from ..programs.least_peak import LeastPeak
-from ..proofs.branch_and_bound import certify
+from ..proofs.branch_and_bound import least_over_times
 from ..proofs.double_integrator import PointMass
 from ..robots.joints import JointPath, steadiest
 from ..robots.workspace import Workspace
@@ -38,7 +38,7 @@ def redundant(workspace: Workspace, settings: Settings, began: float, until: flo
     """The plan of an arm of at least three links; "unknown" where the links cannot be kept clear on this path."""
     passage = passages(workspace)[0]
     mass = PointMass.of(passage.maneuver)
-    found = certify(mass, 1e-6)
+    found = least_over_times(mass, 1e-6)
     proof = ArmProof((PassageProof(passage.indices, None, (), Branch(tuple(found.leaves))),))
     least = LeastPeak(passage.maneuver, settings, until=until)
     bracket, motion = least(np.zeros(0)), least.motion(np.zeros(0))

@@ -15,14 +15,14 @@ from ..geometry.frame import Frame
 from ..plan.plan import Plan, from_bracket, peak_of
 from ..programs.least_peak import LeastPeak
 from ..proofs.bounds import Proof
-from ..proofs.branch_and_bound import certify
+from ..proofs.branch_and_bound import least_over_times
 from ..proofs.double_integrator import PointMass
 from ..scenes.blocks import Cells, Way, WaysProof
 from ..scenes.kept import keeping
 from ..spec.control_set import Disc, Polygon
 from ..spec.maneuver import Maneuver
 from ..spec.settings import SOLVERS, Direct, Exact, GlobalSearch, RefineSearch, Settings, Uniform
-from ..spec.spec import check
+from ..spec.spec import refuse_unfit
 from ..types import Array, Progress
 from .sweep import plan_at, sweep
 from .tree import FIRST_LIFT, LIFTS, Search
@@ -43,7 +43,7 @@ def solve(maneuver: Maneuver, settings: Settings | None = None, progress: Progre
         SpecError: when the settings do not fit the maneuver.
     """
     settings = settings or Settings()
-    check(maneuver, settings)
+    refuse_unfit(maneuver, settings)
     until = after(settings.time_limit)
     if maneuver.blocks:
         return _past_blocks(maneuver, settings, progress, until)
@@ -64,7 +64,7 @@ def _global(maneuver: Maneuver, settings: Settings, progress: Progress | None, u
         isinstance(settings.circle, Disc) and not isinstance(settings.grid, Uniform)
     )
     search_until = until if same and maneuver.simple else part(until)
-    found = certify(mass, settings.search.gap, settings.node_limit, search_until, progress)
+    found = least_over_times(mass, settings.search.gap, settings.node_limit, search_until, progress)
     times = found.times * mass.time
     if not same and mass.walls:
         times = _closer(least, times, NEARBY * mass.time, until)

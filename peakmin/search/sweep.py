@@ -19,7 +19,7 @@ from ..proofs.bounds import Proof
 from ..scenes.blocks import WaysProof
 from ..spec.maneuver import Maneuver, walls_only
 from ..spec.settings import Settings, SweepSearch
-from ..spec.spec import check
+from ..spec.spec import refuse_unfit
 from ..types import Array, Mask, Progress
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def sweep(
         settings = settings.model_copy(update={"search": SweepSearch()})
     if isinstance(maneuver, Maneuver):
         walls_only(maneuver, "a sweep")
-    check(maneuver, settings)
+    refuse_unfit(maneuver, settings)
     walls = len(maneuver.walls)
     if times is None:
         assert isinstance(settings.search, SweepSearch)

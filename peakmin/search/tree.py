@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..deadline import over
-from ..proofs.branch_and_bound import Certificate, certify
+from ..proofs.branch_and_bound import Certificate, least_over_times
 from ..proofs.double_integrator import PointMass
 from ..proofs.extremal import extremal
 from ..scenes.blocks import Branch, Cells, Line, Way
@@ -165,7 +165,7 @@ class Search:
         if path is not None:
             start = np.array([np.argmax(path[:, 0] >= x) / SAMPLES for x, _ in self.cells.marks(way, lines)])
         boxes = min(_boxes(mass.walls, effort), max(self._most - self.boxes, 1))
-        found = certify(mass, self.gap / 4, node_limit=boxes, until=self._until, start=start)
+        found = least_over_times(mass, self.gap / 4, node_limit=boxes, until=self._until, start=start)
         self.boxes += found.nodes
         bound, branch = found.lower * mass.unit, Branch(way, lines, tuple(found.leaves))
         tried = frozenset(lines)

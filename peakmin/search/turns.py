@@ -14,7 +14,7 @@ from scipy.optimize import minimize
 from ..deadline import OverError, over
 from ..proofs.branch_and_bound import Certificate
 from ..proofs.double_integrator import PointMass
-from ..robots.joint_space import Way
+from ..robots.joint_space import JointWay
 from ..robots.kinematics import unit
 from ..scenes.passages import Edge, Passage
 from ..spec.control_set import Disc
@@ -85,7 +85,7 @@ def turn_on(
     return min(made, key=lambda one: one.peak, default=None)
 
 
-def turn_along(passage: Passage, way: Way, until: float) -> Steered | None:
+def turn_along(passage: Passage, way: JointWay, until: float) -> Steered | None:
     """A free motion near a way on which the elbow turns over once; None where none is found, or it does so oftener."""
     turns = way.turns
     if len(turns) % 2 == 0:  # cells that a fold goes through have either elbow: it may seem to turn over and back

@@ -48,7 +48,7 @@ class Disc(Model):
 
         return [cp.SOC(np.ones(v.shape[0]), v, axis=1)]
 
-    def costate(self, constraints: list[Any]) -> Array | None:
+    def hold_costate(self, constraints: list[Any]) -> Array | None:
         """The p_k that the solved constraints' multipliers stand for, shape (steps, 2), up to its sign."""
         dual = constraints[0].dual_value
         return None if dual is None or dual[1] is None else np.reshape(dual[1], (-1, 2))
@@ -144,7 +144,7 @@ class Polygon(Model):
         """cvxpy constraints that hold every row of v, shape (steps, 2), in the shape: a_j . v <= inradius."""
         return [v @ self.normals.T <= self.inradius]
 
-    def costate(self, constraints: list[Any]) -> Array | None:
+    def hold_costate(self, constraints: list[Any]) -> Array | None:
         """The p_k that the solved constraints' multipliers stand for, shape (steps, 2), up to its sign."""
         dual = constraints[0].dual_value
         return None if dual is None else np.asarray(dual @ self.normals)

@@ -42,13 +42,13 @@ class Spec(Model):
     @model_validator(mode="after")
     def _fit_together(self) -> Spec:
         try:
-            check(self.maneuver, self.settings)
+            refuse_unfit(self.maneuver, self.settings)
         except SpecError as error:
             raise ValueError(f".{error}") from None
         return self
 
 
-def check(maneuver: Maneuver, settings: Settings) -> None:
+def refuse_unfit(maneuver: Maneuver, settings: Settings) -> None:
     """Refuse settings that do not fit the maneuver. Raises `SpecError`."""
     for name, given, kind in (("maneuver", maneuver, Maneuver), ("settings", settings, Settings)):
         if not isinstance(given, kind):

@@ -14,7 +14,7 @@ from peakmin.geometry.trajectory import HoldTrajectory
 from peakmin.plan.document import digest
 from peakmin.plan.verify import SAME, bounded, moved, unlike
 from peakmin.proofs.bounds import Leaf, Proof
-from peakmin.proofs.check import CHECK, Check, check
+from peakmin.proofs.check import CHECK, Check, check_motion
 from peakmin.proofs.double_integrator import PointMass
 from tests.conftest import wall_maneuver
 
@@ -41,7 +41,7 @@ def asked(**changes):
 
 
 def found(maneuver, motion=EXACT, times=(0.75,), peak=None):
-    return check(maneuver, motion, np.array(times), motion.peak() if peak is None else peak)
+    return check_motion(maneuver, motion, np.array(times), motion.peak() if peak is None else peak)
 
 
 def test_a_motion_as_asked_has_no_errors():
@@ -138,7 +138,7 @@ def test_coarse_grains_are_those_of_what_is_asked(sign, grow, monkeypatch):
     asked = max(np.max(abs(pf)), T * speeds)
     grain = 1e-3 * (3 + asked)
     fastest = np.max(np.abs(motion.velocity(np.array([0.0, 0.75, 1.0, 2.0]))))
-    result = check(maneuver, motion, np.array([0.75]), 1.0)
+    result = check_motion(maneuver, motion, np.array([0.75]), 1.0)
     assert result.goal == pytest.approx(max((0.5 - grain) / asked, (0.25 - 1e-3 * speeds) / fastest), rel=1e-9)
     at = motion.position(0.75) - r0
     there = max(asked, np.hypot(*at))
@@ -146,11 +146,11 @@ def test_coarse_grains_are_those_of_what_is_asked(sign, grow, monkeypatch):
         max(np.max(abs(at - tip)) - grain - 1e-3 * np.max(abs(tip)), 0) / there, rel=1e-9
     )
     alone = replace(motion, control=np.array([dr - (vf - v0) / 2, (vf - v0) - (dr - (vf - v0) / 2)]))
-    missed = check(maneuver, alone, np.array([0.75]), 1.0)
+    missed = check_motion(maneuver, alone, np.array([0.75]), 1.0)
     assert missed.goal == pytest.approx((0.5 - grain) / asked, rel=1e-9)
     dr = pf - T * v0
     alone = replace(motion, control=np.array([dr - dv / 2, dv - (dr - dv / 2)]))
-    missed = check(maneuver, alone, np.array([0.75]), 1.0)
+    missed = check_motion(maneuver, alone, np.array([0.75]), 1.0)
     fastest = np.max(np.abs(alone.velocity(np.array([0.0, 0.75, 1.0, 2.0]))))
     assert missed.goal == pytest.approx((0.25 - 1e-3 * speeds) / fastest, rel=1e-9)
 
@@ -163,7 +163,7 @@ def test_rounding_errors_of_speeds_are_no_errors():
     )
     for error, passes in ((0.5e-11, 0), (3e-11, 2e-14)):
         motion = HoldTrajectory(np.array([0.0, 1.0]), np.array([[error, 0.0]]), np.zeros(2), np.array([1e3, 0.0]))
-        assert check(quick, motion, np.array([]), error).goal == pytest.approx(passes, abs=2.5e-15)
+        assert check_motion(quick, motion, np.array([]), error).goal == pytest.approx(passes, abs=2.5e-15)
 
 
 def test_a_peak_above_what_is_stated_is_an_error():
@@ -173,7 +173,7 @@ def test_a_peak_above_what_is_stated_is_an_error():
     assert found(asked(), peak=0.0).peak == peak
     still = pm.Maneuver(start=pm.State(position=(0, 0)), goal=pm.State(position=(0, 0)), duration=1.0)
     rest = HoldTrajectory(np.array([0.0, 1.0]), np.zeros((1, 2)), np.zeros(2), np.zeros(2))
-    assert check(still, rest, np.array([]), 0.0) == Check(0, 0, 0)
+    assert check_motion(still, rest, np.array([]), 0.0) == Check(0, 0, 0)
 
     class Hidden(HoldTrajectory):
         """States a smaller peak than it has."""
@@ -414,10 +414,10 @@ def test_positions_that_a_motion_says_are_held_against_the_quadrature(off, side)
     control = np.array([[0.25, side], [0.25, -side], [-0.25, -side], [-0.25, side]])
     motion = Said(np.arange(5.0), control, np.zeros(2), np.zeros(2))
     object.__setattr__(motion, "off", off)
-    found = check(maneuver, motion, np.array([]), 10.0)
+    found = check_motion(maneuver, motion, np.array([]), 10.0)
     assert found.goal == pytest.approx(1e-3 / 3, rel=1e-6)
     object.__setattr__(motion, "off", 0.0)
-    assert check(maneuver, motion, np.array([]), 10.0).goal < 1e-14
+    assert check_motion(maneuver, motion, np.array([]), 10.0).goal < 1e-14
     near = Said(np.arange(5.0), control * [1, 1e-3], np.zeros(2), np.zeros(2))
     object.__setattr__(near, "off", off)
-    assert check(maneuver, near, np.array([]), 10.0).goal == pytest.approx(1e-3, rel=1e-6)
+    assert check_motion(maneuver, near, np.array([]), 10.0).goal == pytest.approx(1e-3, rel=1e-6)

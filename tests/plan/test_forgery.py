@@ -11,7 +11,7 @@ from peakmin.geometry.trajectory import HoldTrajectory
 from peakmin.plan.document import digest, of, read
 from peakmin.plan.verify import _multipliers
 from peakmin.proofs.bounds import lower_bound
-from peakmin.proofs.check import check
+from peakmin.proofs.check import check_motion
 from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
 from peakmin.proofs.sensitivity import optimal
@@ -77,7 +77,7 @@ def test_errors_count_against_what_is_asked_not_against_a_far_wall():
     """A hold that stops half a metre short must not pass because a wall's tip is a million kilometres away."""
     far = wall_maneuver(obstacles=(pm.Wall(tip=(0.5, -1e9)),))
     hold = HoldTrajectory(np.array([0.0, 1.0]), np.array([[1e-3, 0.0]]), np.zeros(2), np.zeros(2))
-    assert not check(far, hold, np.array([0.5]), 1e-3).passed
+    assert not check_motion(far, hold, np.array([0.5]), 1e-3).passed
 
 
 def test_more_walls_than_a_box_can_have_corners_for_are_refused():

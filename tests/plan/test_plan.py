@@ -7,7 +7,7 @@ import pytest
 
 import peakmin as pm
 from peakmin.geometry.trajectory import HoldTrajectory
-from peakmin.proofs.check import check
+from peakmin.proofs.check import check_motion
 from tests.conftest import wall_maneuver
 
 
@@ -64,7 +64,7 @@ def test_json_and_csv_hold_the_numbers(plan):
 @pytest.mark.parametrize("field", ["control", "goal", "wall", "time", "peak"])
 def test_a_plan_that_is_off_does_not_pass_its_check(plan, field):
     motion, maneuver, times, peak = plan.trajectory, plan.maneuver, plan.obstacle_times, plan.peak
-    assert check(maneuver, motion, times, peak).passed
+    assert check_motion(maneuver, motion, times, peak).passed
     if field == "control":
         control = motion.control.copy()
         control[50, 1] += 1e-4
@@ -77,7 +77,7 @@ def test_a_plan_that_is_off_does_not_pass_its_check(plan, field):
         times = times + 1e-6
     if field == "peak":
         peak *= 1 - 1e-9
-    assert not check(maneuver, motion, times, peak).passed
+    assert not check_motion(maneuver, motion, times, peak).passed
 
 
 @pytest.mark.parametrize("goal", [(0, 0), (2, -1)])

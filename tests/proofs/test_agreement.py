@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import minimize
 
 from peakmin.proofs.bounds import global_bound
-from peakmin.proofs.branch_and_bound import certify
+from peakmin.proofs.branch_and_bound import least_over_times
 from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
 from tests.random_maneuvers import maneuver
@@ -48,7 +48,7 @@ def dense_sweep(mass):
 def test_branch_and_bound_agrees_with_a_dense_sweep(chunk):
     for seed in range(50 * chunk + FIRST, 50 * chunk + 50, EVERY):
         mass = PointMass.of(maneuver(seed))
-        found = certify(mass, 1e-6, node_limit=NODES[mass.walls])
+        found = least_over_times(mass, 1e-6, node_limit=NODES[mass.walls])
         swept = dense_sweep(mass)
         assert 0 <= found.lower <= found.best.upper, seed
         assert global_bound(mass, found.leaves) >= found.lower * (1 - 1e-12), seed
@@ -60,6 +60,6 @@ def test_branch_and_bound_agrees_with_a_dense_sweep(chunk):
 def test_one_wall_is_certified(chunk):
     """A gap of 1e-6; of all 500 at most one in every fifty states more, of the sample one in every five."""
     seeds = range(50 * chunk, 50 * chunk + 50, OFTEN)
-    found = [certify(PointMass.of(maneuver(seed, walls=1)), 1e-6, node_limit=300) for seed in seeds]
+    found = [least_over_times(PointMass.of(maneuver(seed, walls=1)), 1e-6, node_limit=300) for seed in seeds]
     assert all(one.complete == (one.gap <= 1e-6) or one.nodes >= 300 for one in found)
     assert sum(not one.complete for one in found) <= 1

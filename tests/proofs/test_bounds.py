@@ -13,13 +13,13 @@ import pytest
 from mpmath import mp
 
 import peakmin as pm
-from peakmin.proofs import bounds as certify
+from peakmin.proofs import bounds as least_over_times
 from peakmin.proofs import bracket, saddle
 from peakmin.proofs import double_integrator as moments
 from peakmin.proofs import saddle as pushing
 from peakmin.proofs.bounds import Leaf, Proof, box_bound, covers, global_bound, lower_bound, out_of_order
 from peakmin.proofs.bracket import Answer, Bracket, HoldProblem, Verdict
-from peakmin.proofs.double_integrator import PointMass, costate, hold_rows, responses
+from peakmin.proofs.double_integrator import PointMass, costate_at_kinks, hold_rows, responses
 from peakmin.proofs.extremal import extremal
 from tests.conftest import wall_maneuver
 from tests.proofs.test_moments import exact_impulse
@@ -75,7 +75,7 @@ def worst(mass, times, multipliers, rounding):
 @pytest.fixture(params=[None, 1e-2], ids=["as it is", "coarse"])
 def rounding(request, monkeypatch):
     if request.param is not None:
-        for module in (bracket, certify, saddle, pushing, moments):
+        for module in (bracket, least_over_times, saddle, pushing, moments):
             monkeypatch.setattr(module, "ROUNDING", request.param)
     return moments.ROUNDING
 
@@ -457,7 +457,7 @@ def kinked(mass, p, times):
 
 @pytest.mark.parametrize("mass", MASSES[2:4], ids=["table", "slalom"])
 def test_where_walls_push_one_box_proves_the_least_of_all_times(mass):
-    from peakmin.proofs.branch_and_bound import certify as search
+    from peakmin.proofs.branch_and_bound import least_over_times as search
 
     found = search(mass, 1e-6)
     q = mass.walls
@@ -558,7 +558,7 @@ def test_targets_beyond_clear_walls_and_within_openings():
 def test_costates_before_the_end_of_the_maneuver():
     rng = np.random.default_rng(0)
     multipliers = rng.normal(size=(4, 2))
-    kinks, p = costate(multipliers, np.array([0.4, 0.7]), 0.6)
+    kinks, p = costate_at_kinks(multipliers, np.array([0.4, 0.7]), 0.6)
     np.testing.assert_allclose(kinks, [0, 0.4, 0.6, 0.6])
     for t, value in zip(kinks, p, strict=True):
         g = np.array([0.6 - t, 1, max(0.4 - t, 0), max(0.7 - t, 0)])
@@ -573,7 +573,7 @@ def test_saddle_bounds_leave_the_worst_rounding(seed, rounding):
     mass = moments.replace(mass, clear=np.zeros(q, dtype=bool), width=np.full(q, np.inf))
     good = extremal(mass, times).multipliers if seed % 3 else rng.normal(size=(2 + q, 2))
     trial = good / np.max(np.abs(good))
-    p, h = costate(trial, times)[1], np.diff([0.0, *times, 1.0])
+    p, h = costate_at_kinks(trial, times)[1], np.diff([0.0, *times, 1.0])
     r = np.array([(0, 0), *mass.tips, mass.pf])
     sums = [(abs(p[j]) + abs(p[j + 1])) @ (abs(r[j]) + abs(r[j + 1])) for j in range(q + 1)]
     a = np.array([-(p[j + 1] - p[j]) @ (r[j + 1] - r[j]) for j in range(q + 1)]) - rounding * np.array(sums)
@@ -740,7 +740,7 @@ def test_saddle_bounds_are_below_the_ratio_all_over_the_box(seed):
     low, high = np.maximum(at - wide, 0 if seed % 4 else at), np.minimum(at + wide, 1)
     if not seed % 4:
         low[0] = 0
-    p = costate(good, at)[1]
+    p = costate_at_kinks(good, at)[1]
     r = np.vstack([np.zeros(2), mass.tips, mass.pf])
     mean = [float(exact_impulse(np.array([p[j] - p[j + 1], p[j + 1]]), [])) for j in range(q + 1)]
     bound, _ = saddle.saddle(mass, low, high, at, good)
@@ -762,7 +762,7 @@ def test_a_concave_part_next_to_the_start_proves_nothing():
     seen = 0
     while seen < 20:
         multipliers = rng.normal(size=(3, 2))
-        p = costate(multipliers, at)[1]
+        p = costate_at_kinks(multipliers, at)[1]
         if (p[1] - p[0]) @ mass.tips[0] > 0.1 and saddle.saddle(mass, at, at, at, multipliers)[0] > 0.1:
             assert saddle.saddle(mass, low, high, at, multipliers)[0] == 0
             seen += 1
@@ -775,7 +775,7 @@ def test_values_that_do_not_push_prove_nothing(monkeypatch):
     )
     mass, at = PointMass.of(level), np.array([0.5])
     pull = extremal(moments.replace(mass, clear=np.zeros(1, dtype=bool)), at)
-    p = costate(pull.multipliers, at)[1]
+    p = costate_at_kinks(pull.multipliers, at)[1]
     monkeypatch.setattr(saddle, "pushing", lambda mass, _, h: (p, np.zeros(2, bool)))
     assert saddle.saddle(mass, at, at, at, np.abs(pull.multipliers))[0] == 0
     monkeypatch.setattr(saddle, "pushes", lambda *_: True)
@@ -801,7 +801,7 @@ def test_values_that_nearly_vanish_are_taken_in_their_own_unit(tiny):
     """Multipliers that nearly cancel at kinks next to the start: P of any size is as good as another."""
     mass = PointMass.of(wall_maneuver())
     best = extremal(mass, np.array([0.5]))
-    p = tiny * costate(best.multipliers, np.array([0.5]))[1]  # the best values, at kinks 0, tiny, 1
+    p = tiny * costate_at_kinks(best.multipliers, np.array([0.5]))[1]  # the best values, at kinks 0, tiny, 1
     multipliers = np.array([-(p[2] - p[1]), p[2], (p[2] - p[1]) - (p[1] - p[0]) / tiny])
     bound = saddle.saddle(mass, np.zeros(1), np.ones(1), np.array([tiny]), multipliers)[0]
     assert bound <= best.upper

@@ -6,7 +6,7 @@ from mpmath import mp
 from scipy.signal import cont2discrete
 
 import peakmin as pm
-from peakmin.proofs.double_integrator import PointMass, costate, hold_rows, impulse, responses, transition
+from peakmin.proofs.double_integrator import PointMass, costate_at_kinks, hold_rows, impulse, responses, transition
 from tests.conftest import wall_maneuver
 
 
@@ -104,5 +104,5 @@ def test_impulse_and_costate_broadcast():
     together = impulse(multipliers, times)
     assert together.shape == (5, 3)
     assert together[2, 1] == pytest.approx(impulse(multipliers, times[2, 1]), rel=1e-15)
-    kinks, p = costate(multipliers, times[2, 1])
+    kinks, p = costate_at_kinks(multipliers, times[2, 1])
     np.testing.assert_allclose(p, (multipliers.T @ responses(kinks, times[2, 1])).T, atol=1e-15)

@@ -10,7 +10,7 @@ import pytest
 import peakmin as pm
 from peakmin.paper import TWO_LINK
 from peakmin.proofs.bounds import Leaf, box_bound, covers, lower_bound, out_of_order
-from peakmin.proofs.branch_and_bound import certify, inside
+from peakmin.proofs.branch_and_bound import inside, least_over_times
 from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
 from peakmin.proofs.saddle import saddle
@@ -88,7 +88,7 @@ def test_one_box_proves_all_times_where_walls_push():
     table = (pm.Wall(tip=(0.3, 0.5)), pm.Wall(tip=(0.7, 0.5)))
     slalom = (pm.Wall(tip=(0.25, 0.3)), pm.Wall(tip=(0.5, -0.3), direction=(0, 1)), pm.Wall(tip=(0.75, 0.3)))
     for walls in ((pm.Wall(tip=(0.5, 0.5)),), table, slalom):
-        found = certify(PointMass.of(wall_maneuver(obstacles=walls)), 1e-6)
+        found = least_over_times(PointMass.of(wall_maneuver(obstacles=walls)), 1e-6)
         assert found.nodes == 1
         assert found.gap <= 1e-8
 
@@ -99,7 +99,7 @@ def test_several_minima_do_not_mislead():
     values = np.array([least(mass, t) for t in grid])
     inner = (values[1:-1] < values[:-2]) & (values[1:-1] < values[2:])
     assert np.sum(inner) >= 2
-    found = certify(mass, 1e-6)
+    found = least_over_times(mass, 1e-6)
     assert found.complete
     assert found.best.upper <= values.min() * (1 + 1e-6)
     assert found.lower <= values.min()
@@ -110,7 +110,7 @@ def test_several_minima_do_not_mislead():
 def test_more_walls_state_what_is_left_of_the_gap(walls):
     for seed in range(3):
         mass = PointMass.of(maneuver(seed, walls=walls))
-        found = certify(mass, 1e-4, node_limit=60)
+        found = least_over_times(mass, 1e-4, node_limit=60)
         rng = np.random.default_rng(seed)
         sampled = min(extremal(mass, np.sort(rng.uniform(0.02, 0.98, walls))).upper for _ in range(20))
         assert found.lower <= min(sampled, found.best.upper)

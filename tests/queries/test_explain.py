@@ -13,7 +13,7 @@ import pytest
 import peakmin as pm
 from peakmin import api
 from peakmin.cli import main
-from peakmin.proofs.branch_and_bound import certify
+from peakmin.proofs.branch_and_bound import least_over_times
 from peakmin.queries.explain import explain
 from peakmin.queries.repairs import Trials, repairs, upwards
 from peakmin.scenes.impossible import impossible, least_way
@@ -232,9 +232,9 @@ def test_quick_looks_end_with_the_explanation(monkeypatch):
 
     def told(*args, until=math.inf, **options):
         untils.append(until)
-        return certify(*args, until=until, **options)
+        return least_over_times(*args, until=until, **options)
 
-    monkeypatch.setattr("peakmin.queries.repairs.certify", told)
+    monkeypatch.setattr("peakmin.queries.repairs.least_over_times", told)
     assert pm.explain(CASES["speed past a wall"][0], pm.Settings(grid=pm.Aligned(steps=40), time_limit=2)) is not None
     assert untils
     assert all(np.isfinite(untils))

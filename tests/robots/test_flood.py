@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import peakmin as pm
-from peakmin.robots.joint_space import FLOODS, Way, flood, settled
+from peakmin.robots.joint_space import FLOODS, JointWay, decisive_flood, flood
 from peakmin.robots.workspace import BLOCKED, FREE, Workspace
 from peakmin.scenes.passages import passages
 
@@ -57,7 +57,7 @@ def test_with_one_bar_the_arm_goes_around():
     """The other way about is open, however far it is."""
     workspace = Workspace(between_bars(0.75))
     (passage,) = passages(workspace)
-    found = settled(workspace, [(passage.theta, None)], np.inf)
+    found = decisive_flood(workspace, [(passage.theta, None)], np.inf)
     assert not found.parts(passage.theta)
     way = found.way(passage.theta)
     assert way is not None
@@ -86,7 +86,7 @@ def test_an_elbow_that_must_turn_over_parts_its_own_sheet_only():
     up, down = np.array([0.0, -1.0]), np.array([0.0, 1.0])
     assert found.parts((up, down), -1.0)
     assert not found.parts((up, down))
-    assert len(Way(workspace, found.way((up, down)), 1.0).turns) % 2 == 1
+    assert len(JointWay(workspace, found.way((up, down)), 1.0).turns) % 2 == 1
 
 
 @pytest.mark.uncounted
