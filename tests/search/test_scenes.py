@@ -20,7 +20,7 @@ from tests.random_scenes import scene
 from tests.scenes.test_ways import DENTED
 
 EVERY, LAST = (1, 30) if os.environ.get("PEAKMIN_SEEDS") == "all" else (10, 20)  # of each thirty scenes
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = ["tunnel", "two_tables", "wide_box", "non_convex_block", "slalom", "cluttered"]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 BOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 NUMBER = re.compile(r"[-+]?\d+(?:\.(\d+))?(?:[eE]([-+]\d+))?")
 CLOSE, NOTHING = 0.02, 1e-9  # relative; below the latter a number is rounding
