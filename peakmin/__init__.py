@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from .plan.arm_plan import ArmPlan
     from .programs.program import DirectProgram, FeasibilityProgram
     from .queries.oracle import PeakOracle, Peaks
-    from .spec.arm import Arm, Link, Pose
-    from .spec.arm_maneuver import ArmManeuver, ArmSpec
+    from .spec.arm import Arm, ArmManeuver, Link, Pose
+    from .spec.spec import ArmSpec
 
 __version__ = _version("peakmin")
 
@@ -101,8 +101,8 @@ __all__ = [
 
 _LATER = {  # what takes time to import, by its module
     "programs.program": ("DirectProgram", "FeasibilityProgram"),
-    "spec.arm": ("Arm", "Link", "Pose"),
-    "spec.arm_maneuver": ("ArmManeuver", "ArmSpec"),
+    "spec.arm": ("Arm", "ArmManeuver", "Link", "Pose"),
+    "spec.spec": ("ArmSpec",),
     "plan.arm_plan": ("ArmPlan",),
     "queries.oracle": ("PeakOracle", "Peaks"),
 }

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -12,15 +11,14 @@ from .plan.verify import verify as verify_point
 from .queries.explain import Explanation
 from .search.solve import solve as solve_point
 from .spec.maneuver import Maneuver
-from .spec.reading import load, named, of_kind, read_file
+from .spec.reading import load
 from .spec.settings import Settings
-from .spec.spec import Spec
 from .types import Progress
 
 if TYPE_CHECKING:
     from .plan.arm_plan import ArmPlan
     from .plan.plan import Plan
-    from .spec.arm_maneuver import ArmManeuver, ArmSpec
+    from .spec.arm import ArmManeuver
 
 
 @overload
@@ -40,7 +38,7 @@ def solve(
     Raises:
         SpecError: when the settings do not fit the maneuver.
     """
-    from .spec.arm_maneuver import ArmManeuver
+    from .spec.arm import ArmManeuver
 
     if isinstance(maneuver, ArmManeuver):
         from .search.solve_arm import solve_arm
@@ -78,20 +76,3 @@ def verify(text: str | bytes) -> Verification:
     plan, bound, problems = verify_arm(text)
     peak = float("inf") if plan.trajectory is None else plan.trajectory.peak()
     return Verification(plan, peak, bound, tuple(problems))
-
-
-def read_spec(path: str | Path) -> Spec | ArmSpec:
-    """A spec file, of an arm where it has one. Raises `SpecError` in one line when it cannot be read or is wrong."""
-    with named(path):
-        data = load(read_file(path))
-        of_kind(data, "spec")
-        return spec_of(data)
-
-
-def spec_of(data: dict[str, Any]) -> Spec | ArmSpec:
-    """The spec that a JSON object states, of an arm where it has one. Raises `SpecError` in one line if it is wrong."""
-    if "arm" not in data:
-        return Spec(**data)
-    from .spec.arm_maneuver import ArmSpec
-
-    return ArmSpec(**data)

@@ -21,13 +21,13 @@ from . import api, files
 from .deadline import ended_by_interrupt
 from .errors import PeakminError, SpecError
 from .spec.reading import load, named, of_kind, read_file
-from .spec.spec import Spec, schema
+from .spec.spec import Spec, read_spec, schema
 from .view import output, words
 
 if TYPE_CHECKING:
     from .plan.arm_plan import ArmPlan
     from .plan.plan import Plan, Status
-    from .spec.arm_maneuver import ArmSpec
+    from .spec.spec import ArmSpec
 
 EXIT = {"solved": 0, "infeasible": 3, "unknown": 4}
 BAD_INPUT, DIFFERS, STOPPED = 2, 1, 130
@@ -54,7 +54,7 @@ def solve_command(
     ] = None,
 ) -> None:
     """The maneuver of least peak, over the obstacle times that the spec's search visits."""
-    asked = api.read_spec(spec)
+    asked = read_spec(spec)
     if gif and out is None:
         raise SpecError("--gif: was given, must come with --out, where the animation is written")
     files.ready(out)
@@ -77,7 +77,7 @@ def solve_command(
 @app.command("explain")
 def explain_command(spec: SpecFile, as_json: Json = False) -> None:
     """Why a spec is proved infeasible: which entries conflict, and the smallest changes that were solved."""
-    asked = api.read_spec(spec)
+    asked = read_spec(spec)
     with ended_by_interrupt() as stopped:
         plan = _solved(asked, "explain")
         with output.bar("explain"):
@@ -92,7 +92,7 @@ def explain_command(spec: SpecFile, as_json: Json = False) -> None:
 @app.command("compare")
 def compare_command(spec: SpecFile, as_json: Json = False) -> None:
     """An arm's least peak beside the same move by joint quintics, minimum jerk and a smooth path."""
-    asked = api.read_spec(spec)
+    asked = read_spec(spec)
     if isinstance(asked, Spec):
         raise SpecError("arm: was missing, must be given for `compare`")
     from .queries.compare import compare, table
@@ -243,7 +243,7 @@ def schema_command(
 
         print(json.dumps(StudySpec.model_json_schema(), indent=2))
     elif arm:
-        from .spec.arm_maneuver import ArmSpec
+        from .spec.spec import ArmSpec
 
         print(json.dumps(ArmSpec.model_json_schema(), indent=2))
     else:
@@ -253,7 +253,7 @@ def schema_command(
 def _solved(asked: Spec | ArmSpec, name: str) -> Plan | ArmPlan:
     """The plan of a spec, with a bar of this name while it is made."""
     with output.bar(name) as progress:
-        return api.solve(asked.maneuver if isinstance(asked, Spec) else asked.asked, asked.settings, progress=progress)
+        return api.solve(asked.task, asked.settings, progress=progress)
 
 
 def _described(plan: Plan | ArmPlan) -> str:

@@ -28,7 +28,7 @@ from .types import Array, Progress
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .spec.arm_maneuver import ArmManeuver
+    from .spec.arm import ArmManeuver
 
 STEP = 1 / 200  # [s] between the paper's nodes
 HOLDS = 199
@@ -61,8 +61,7 @@ BOX = 7.05  # [m] its left side: the goal is 1 cm before it
 
 def two_link_task() -> ArmManeuver:
     """The two-link manipulator in its workspace (figure 4): from below the table to the box that stands on it."""
-    from .spec.arm import Arm, Link, Pose
-    from .spec.arm_maneuver import ArmManeuver
+    from .spec.arm import Arm, ArmManeuver, Link, Pose
 
     edge, top = TABLE
     box = [(BOX, top), (BOX + 0.85, top), (BOX + 0.85, 0.53), (BOX, 0.53)]

@@ -13,12 +13,11 @@ from ..geometry.costate import CostateTrajectory
 from ..robots.joint_space import FLOODS
 from ..robots.joints import JointPath
 from ..robots.link_clearance import link_clearance
-from ..robots.workspace import Workspace
 from ..scenes.arm_proof import ArmProof, Branch, PassageProof, Touching, looked_at, split
 from ..scenes.passages import Line, Order, Passage, passages
-from ..spec.arm import Task
-from ..spec.arm_maneuver import ArmSpec
+from ..spec.arm import ArmTask
 from ..spec.obstacles import Wall
+from ..spec.spec import ArmSpec
 from .arm_plan import ArmPlan
 from .document import (
     COSTATE_ARRAYS,
@@ -44,7 +43,7 @@ def of(plan: ArmPlan) -> dict[str, Any]:
     t = listed_times(motion, plan.maneuver.duration)
     spec = ArmSpec(
         arm=plan.maneuver.arm,
-        maneuver=Task(**{name: getattr(plan.maneuver, name) for name in Task.model_fields}),
+        maneuver=ArmTask(**{name: getattr(plan.maneuver, name) for name in ArmTask.model_fields}),
         settings=plan.settings,
     )
     data: dict[str, Any] = {
@@ -116,10 +115,10 @@ def read(data: dict[str, Any]) -> ArmPlan:
 def _plan(data: dict[str, Any]) -> ArmPlan:
     known_plan(data)
     spec = ArmSpec(**data["spec"])
-    workspace = Workspace(spec.asked)
+    workspace = spec.task.workspace
     if data["status"] not in ("solved", "infeasible", "unknown"):
         raise ValueError("unknown status")
-    known = {passage.indices: passage for passage in passages(workspace)}
+    known = {passage.indices: passage for passage in passages(spec.task, workspace)}
     cells = data["flooded"]
     if type(cells) is not int or cells not in (0, *FLOODS) or (cells and workspace.chain.links > 2):
         raise ValueError("cells of a flood are not as many as one has")
@@ -149,7 +148,7 @@ def _plan(data: dict[str, Any]) -> ArmPlan:
         path = JointPath(workspace.chain, motion, pair, float(made["elbow"]), changes, others, chosen.theta[0])
         clear = link_clearance(workspace, path)
     return ArmPlan(
-        spec.asked,
+        spec.task,
         spec.settings,
         data["status"],
         chosen.indices,

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 from ..geometry.trajectory import Trajectory
 from ..robots.joints import JointPath, base_moment, closely, torques
 from ..robots.link_clearance import LinkClearance
-from ..robots.workspace import Contact, Workspace
+from ..robots.workspace import Contact
 from ..scenes.arm_proof import ArmProof
-from ..spec.arm_maneuver import ANGLE, ArmManeuver
+from ..spec.arm import ANGLE, ArmManeuver
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Settings
 from ..types import Array
@@ -66,8 +66,8 @@ class ArmPlan(Planned):
     @property
     def free(self) -> bool:
         """Whether there is a motion that keeps clear of the obstacles and within reach."""
-        size = Workspace(self.maneuver).size
-        return self.clear is not None and self.clear.short(self.maneuver, size) == 0
+        workspace = self.maneuver.workspace
+        return self.clear is not None and self.clear.short(workspace) == 0
 
     @property
     def trajectory(self) -> Trajectory | None:
@@ -113,7 +113,7 @@ class ArmPlan(Planned):
         """What the arm is nearest to at the contact times."""
         if self.joints is None or not self.maneuver.obstacles:
             return []
-        workspace = Workspace(self.maneuver)
+        workspace = self.maneuver.workspace
         return [workspace.nearest(self.joints.absolute(t)) for t in self.contact_times]
 
     @cached_property
@@ -123,7 +123,7 @@ class ArmPlan(Planned):
         """
         if self.joints is None or self.clear is None or not self.maneuver.obstacles:
             return []
-        workspace = Workspace(self.maneuver)
+        workspace = self.maneuver.workspace
         near = self.maneuver.margin + NEAR * workspace.size
         at = self.obstacle_times[
             np.min(workspace.clearance(self.joints.absolute(self.obstacle_times)), axis=-1) <= near

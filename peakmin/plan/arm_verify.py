@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 from ..proofs.double_integrator import PointMass
-from ..robots.workspace import Workspace
 from ..scenes.passages import passages
 from ..search.finish import begins, lands
 from ..spec.reading import load
@@ -24,14 +23,14 @@ def verify_arm(text: str | bytes) -> tuple[ArmPlan, float, list[str]]:
     """
     data = load(text, finite=True)
     plan, found = read(data), []
-    workspace = Workspace(plan.maneuver)
+    workspace = plan.maneuver.workspace
     if data.get("digest") != digest(data):
         found.append("digest: the file is not as it was written")
     motion, path = plan.trajectory, plan.joints
     if motion is not None and path is not None:
         found += moved(plan, motion)
-        (passage,) = [one for one in passages(workspace) if one.indices == plan.indices]
-        if not lands(workspace, path) or not begins(passage, path):
+        (passage,) = [one for one in passages(plan.maneuver, workspace) if one.indices == plan.indices]
+        if not lands(plan.maneuver, path) or not begins(passage, path):
             found.append("joints: do not lead from the start's configuration to the goal's")
         if plan.status == "solved" and not plan.free:
             found.append(

@@ -20,7 +20,6 @@ from ..geometry.trajectory import SAMPLES, Polynomial
 from ..plan.arm_plan import ArmPlan
 from ..robots.kinematics import unit
 from ..robots.link_clearance import link_clearance
-from ..robots.workspace import Workspace
 from ..types import Array
 
 RESTARTS = 4  # of a simplex that has shrunk too early
@@ -59,7 +58,7 @@ def compare(plan: ArmPlan) -> list[Row]:
         ("smooth C2, tuned", _smooth(plan, contacts, began)),
     ):
         path = replace(joints, motion=motion)
-        clear = float("nan") if joints.changes else link_clearance(Workspace(plan.maneuver), path).least
+        clear = float("nan") if joints.changes else link_clearance(plan.maneuver.workspace, path).least
         add(name, motion.peak(), clear)
     return rows
 
@@ -76,7 +75,7 @@ def _joint_quintic(plan: ArmPlan) -> tuple[float, float]:
     along = unit(theta)
     across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
     acceleration = chain.c @ (second[..., None] * across - rate[..., None] ** 2 * along)
-    clear = np.min(Workspace(plan.maneuver).clearance(theta[::10]))
+    clear = np.min(plan.maneuver.workspace.clearance(theta[::10]))
     return float(np.max(np.hypot(*acceleration.T))), float(clear)
 
 

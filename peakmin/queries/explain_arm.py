@@ -9,11 +9,9 @@ from collections.abc import Iterator
 from ..deadline import over
 from ..plan.arm_plan import ArmPlan
 from ..robots.joint_space import FLOODS, flood
-from ..robots.workspace import Workspace
 from ..scenes.passages import passages
 from ..search.solve_arm import solve_arm
-from ..spec.arm import Task
-from ..spec.arm_maneuver import ArmManeuver
+from ..spec.arm import ArmManeuver, ArmTask
 from ..spec.settings import Settings
 from .explain import Explanation, fewest
 from .repairs import Repair, limited, upwards
@@ -53,13 +51,13 @@ def explain_arm(plan: ArmPlan, time_limit: float) -> Explanation | None:
 
 def closed(maneuver: ArmManeuver) -> bool:
     """Whether it is proved that no motion of a two-link arm leads from start to goal."""
-    workspace = Workspace(maneuver)
+    workspace = maneuver.workspace
     found = flood(workspace, FLOODS[-1])
-    return all(found.parts(one.theta) for one in passages(workspace))
+    return all(found.parts(one.theta) for one in passages(maneuver, workspace))
 
 
 def _with(maneuver: ArmManeuver, **fields: object) -> ArmManeuver:
-    every = {name: getattr(maneuver, name) for name in Task.model_fields} | fields
+    every = {name: getattr(maneuver, name) for name in ArmTask.model_fields} | fields
     return ArmManeuver(arm=maneuver.arm, **every)
 
 

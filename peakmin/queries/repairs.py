@@ -24,7 +24,7 @@ from ..spec.obstacles import Wall
 from ..spec.settings import Aligned, Exact, Settings
 
 if TYPE_CHECKING:
-    from ..spec.arm_maneuver import ArmManeuver
+    from ..spec.arm import ArmManeuver
 
 LEAST = 0.05  # s, of a solve
 FINEST = 1e-3  # relative: to which the least change is looked for; what is said is rounded up to three digits

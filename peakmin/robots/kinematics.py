@@ -19,13 +19,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..spec.arm import Arm
 from ..types import Array
 
 
 @dataclass(frozen=True)
 class Chain:
-    """An arm in numbers, n links: length l, mass, com a, inertia, half_width w and c as above, shape (n,) each."""
+    """An arm in numbers, n links, shape (n,) each.
+
+    base [m] (2,), length l [m], mass [kg], com a [m], inertia [kg m^2] about it, half_width w [m], payload [kg].
+    """
 
     base: Array
     length: Array
@@ -35,22 +37,15 @@ class Chain:
     half_width: Array
     payload: float
 
-    @classmethod
-    def of(cls, arm: Arm) -> Chain:
-        links = arm.links
-        return cls(
-            np.array(arm.base),
-            np.array([link.length for link in links]),
-            np.array([link.mass for link in links]),
-            np.array([link.centre for link in links]),
-            np.array([link.about_centre for link in links]),
-            np.array([link.half_width for link in links]),
-            arm.payload,
-        )
-
     @property
     def links(self) -> int:
+        """Number n of links."""
         return len(self.length)
+
+    @property
+    def size(self) -> float:
+        """Length of the stretched arm [m]."""
+        return float(np.sum(self.length))
 
     @property
     def total(self) -> float:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..spec.arm_maneuver import ArmManeuver
 from ..types import Array
 from .joints import JointPath
 from .workspace import Workspace
@@ -33,11 +32,11 @@ class LinkClearance:
     within: float
     steady: bool
 
-    def short(self, maneuver: ArmManeuver, size: float) -> float:
-        """By how much [m] the motion of an arm of this size does not keep its margin and reach; zero where it does."""
+    def short(self, workspace: Workspace) -> float:
+        """By how much [m] the motion does not keep its margin and reach; zero where it does."""
         if not self.steady:
-            return UNSTEADY * size
-        return max(maneuver.margin - self.least, -self.within - 2 * EDGE * size, 0.0)
+            return UNSTEADY * workspace.size
+        return max(workspace.margin - self.least, -self.within - 2 * EDGE * workspace.size, 0.0)
 
 
 def link_clearance(workspace: Workspace, path: JointPath) -> LinkClearance:
@@ -48,11 +47,11 @@ def link_clearance(workspace: Workspace, path: JointPath) -> LinkClearance:
     On an interval a link is no nearer than it is at the middle less what it may move there, `Workspace.swept`.
     """
     within, calm = reach_clearance(path), steady(path)
-    if not workspace.maneuver.obstacles:
+    if not workspace.obstacles:
         return LinkClearance(np.inf, 0.0, within, calm)
     cuts = np.union1d(np.linspace(0, path.duration, FIRST + 1), path.changes)
     low, high = cuts[:-1], cuts[1:]
-    size, margin = workspace.size, workspace.maneuver.margin
+    size, margin = workspace.size, workspace.margin
     least, at, proved, count = np.inf, 0.0, np.inf, 0
     while len(low):
         count += len(low)

@@ -9,16 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import shapely
 
 from ..types import Array
 from .kinematics import Chain, Pair
-
-if TYPE_CHECKING:
-    from ..spec.arm_maneuver import ArmManeuver
 
 FREE, OPEN, BLOCKED = 1, 0, -1
 PROBES = np.linspace(0.1, 0.9, 5)  # fractions of a link's part inside an obstacle at which its depth is looked for
@@ -28,22 +25,27 @@ MOST_CELLS = 4000  # open cells of one level; more are left open
 
 @dataclass(frozen=True)
 class Workspace:
-    """The obstacles of one maneuver, seen from the arm."""
+    """An arm among obstacles.
 
-    maneuver: ArmManeuver
+    obstacles: the corners of polygons, (k, 2) [m] each;  margin: that every link keeps from them [m].
+    """
 
-    @cached_property
-    def chain(self) -> Chain:
-        return Chain.of(self.maneuver.arm)
+    chain: Chain
+    obstacles: tuple[Array, ...]
+    margin: float
 
-    @cached_property
+    @property
     def size(self) -> float:
         """Length of the stretched arm [m]."""
-        return float(np.sum(self.chain.length))
+        return self.chain.size
+
+    @cached_property
+    def _polygons(self) -> list[shapely.Polygon]:
+        return [shapely.Polygon(corners) for corners in self.obstacles]
 
     @cached_property
     def _world(self) -> Any:
-        return shapely.union_all([shapely.Polygon(block.vertices) for block in self.maneuver.obstacles])
+        return shapely.union_all(self._polygons)
 
     def clearance(self, theta: Array, world: Any = None) -> Array:
         """Distance [m] of every link from the obstacles, (..., n) -> (..., n); negative where it is inside.
@@ -54,7 +56,7 @@ class Workspace:
         points = self.chain.joints(theta)
         if shapely.is_empty(world):
             return np.full(theta.shape, np.inf)
-        lines = shapely.linestrings(np.stack([points[..., :-1, :], points[..., 1:, :]], axis=-2))
+        lines = np.asarray(shapely.linestrings(np.stack([points[..., :-1, :], points[..., 1:, :]], axis=-2)))
         shapely.prepare(world)
         out = shapely.distance(lines, world)
         inside = out == 0
@@ -64,9 +66,9 @@ class Workspace:
 
     def touched(self, theta: Array) -> tuple[int, int, float] | None:
         """An obstacle nearer than the margin in a configuration (n,): its index, the link's, their distance [m]."""
-        for i, block in enumerate(self.maneuver.obstacles):
-            links = self.clearance(theta, shapely.Polygon(block.vertices))
-            if np.min(links) < self.maneuver.margin * (1 - 1e-12):
+        for i, polygon in enumerate(self._polygons):
+            links = self.clearance(theta, polygon)
+            if np.min(links) < self.margin * (1 - 1e-12):
                 return i, int(np.argmin(links)), float(np.min(links))
         return None
 
@@ -75,9 +77,8 @@ class Workspace:
         link = int(np.argmin(self.clearance(theta)))
         points = self.chain.joints(theta)
         line = shapely.LineString(points[link : link + 2])
-        blocks = [shapely.Polygon(block.vertices) for block in self.maneuver.obstacles]
-        block = int(np.argmin([line.distance(polygon) for polygon in blocks]))
-        on_arm, on_block = shapely.shortest_line(line, blocks[block]).coords
+        block = int(np.argmin([line.distance(polygon) for polygon in self._polygons]))
+        on_arm, on_block = shapely.shortest_line(line, self._polygons[block]).coords
         along = float(np.hypot(*(np.array(on_arm) - points[link])) / self.chain.length[link])
         return Contact(link, along, block, (float(on_block[0]), float(on_block[1])))
 
@@ -87,7 +88,7 @@ class Workspace:
 
     def decide(self, theta: Array, spread: Array) -> Array:
         """FREE where every configuration within the spread is, BLOCKED where none is, else OPEN; (..., n) -> (...)."""
-        slack = self.clearance(theta) - self.maneuver.margin
+        slack = self.clearance(theta) - self.margin
         moved = self.swept(spread)
         free = np.all(slack > moved, axis=-1)
         blocked = np.any(slack < -moved, axis=-1)
@@ -150,13 +151,13 @@ class Sheets:
 
     def slack(self, r: Array) -> Array:
         """How far the arm is from touching or r from the annulus's edges [m], negative beyond; (..., 2) -> (...)."""
-        s, asked = r - self.workspace.chain.base, self.workspace.maneuver
+        s = r - self.workspace.chain.base
         rho = np.hypot(s[..., 0], s[..., 1])
         room = np.minimum(self.pair.outer - rho, rho - self.pair.inner if self.pair.inner > 0 else np.inf)
-        if not asked.obstacles:
+        if not self.workspace.obstacles:
             return np.asarray(room)
         free = [np.min(self.workspace.clearance(self.pair.angles(s, elbow)), axis=-1) for elbow in self.elbows]
-        return np.asarray(np.minimum(room, np.max(free, axis=0) - asked.margin))
+        return np.asarray(np.minimum(room, np.max(free, axis=0) - self.workspace.margin))
 
     def decide(self, r: Array, radius: Array) -> Array:
         """FREE, BLOCKED or OPEN for all centres of mass in balls around r, (..., 2) and (...) [m] -> (...)."""

@@ -24,8 +24,7 @@ from typing import Literal
 from ..proofs.bounds import Leaf, global_bound
 from ..proofs.double_integrator import PointMass
 from ..robots.joint_space import Flood, flood
-from ..robots.workspace import Workspace
-from ..spec.arm_maneuver import ArmManeuver
+from ..spec.arm import ArmManeuver
 from .passages import Edge, Line, Order, Passage, Through, Turned, passages
 
 
@@ -152,9 +151,9 @@ class ArmProof:
 
     def bound(self, maneuver: ArmManeuver) -> float:
         """The lower bound [m/s^2], evaluated anew; zero where some motion is left out, infinite where there is none."""
-        least, own, workspace = math.inf, {one.indices: one for one in self.passages}, Workspace(maneuver)
+        least, own, workspace = math.inf, {one.indices: one for one in self.passages}, maneuver.workspace
         flooded = flood(workspace, self.cells) if self.cells else None
-        for passage in passages(workspace):
+        for passage in passages(maneuver, workspace):
             if flooded is not None and flooded.parts(passage.theta):
                 continue
             proof = own.get(passage.indices)

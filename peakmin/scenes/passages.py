@@ -15,7 +15,7 @@ from ..geometry.trajectory import Trajectory
 from ..robots.joints import JointPath
 from ..robots.kinematics import unit
 from ..robots.workspace import Sheets, Workspace
-from ..spec.arm_maneuver import postures
+from ..spec.arm import ArmManeuver, postures
 from ..spec.maneuver import Maneuver, State
 from ..spec.obstacles import Wall
 from ..types import Array
@@ -59,9 +59,10 @@ class Turned:
 class Passage:
     """One choice of start and goal configuration: its centre of mass's maneuver, lines and gaps."""
 
-    def __init__(self, workspace: Workspace, start: int, goal: int, any_elbow: bool = False) -> None:
-        asked = workspace.maneuver
-        self.workspace, self.indices, self.any_elbow = workspace, (start, goal), any_elbow
+    def __init__(
+        self, asked: ArmManeuver, workspace: Workspace, start: int, goal: int, any_elbow: bool = False
+    ) -> None:
+        self.asked, self.workspace, self.indices, self.any_elbow = asked, workspace, (start, goal), any_elbow
         self.theta = tuple(
             np.array(postures(asked.arm, pose)[k]) for pose, k in ((asked.start, start), (asked.goal, goal))
         )
@@ -104,7 +105,7 @@ class Passage:
     @cached_property
     def whole(self) -> Passage:
         """The same with any elbow."""
-        return Passage(self.workspace, *self.indices, any_elbow=True)
+        return Passage(self.asked, self.workspace, *self.indices, any_elbow=True)
 
     def _gaps(self, line: Line) -> list[tuple[float, float]]:
         """The gaps on a line, as intervals of the distance to the left of the point nearest to the start [m]."""
@@ -196,14 +197,13 @@ def _elbow(theta: Array) -> float:
     return 0.0 if abs(bend) < 1e-9 else math.copysign(1.0, bend)
 
 
-def passages(workspace: Workspace) -> list[Passage]:
+def passages(asked: ArmManeuver, workspace: Workspace) -> list[Passage]:
     """Every free start configuration with every free goal configuration."""
-    asked = workspace.maneuver
     free = [
         [k for k, theta in enumerate(postures(asked.arm, pose)) if workspace.touched(np.array(theta)) is None]
         for pose in (asked.start, asked.goal)
     ]
-    return [Passage(workspace, a, b) for a in free[0] for b in free[1]]
+    return [Passage(asked, workspace, a, b) for a in free[0] for b in free[1]]
 
 
 SHALLOW = 1e-6  # of the arm: a path no further inside counts as touching

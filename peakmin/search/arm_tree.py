@@ -115,7 +115,7 @@ class Tree:
     @property
     def _limit(self) -> float:
         """A bound [m/s^2] that says no."""
-        return (self.workspace.maneuver.max_peak or math.inf) * (1 + 1e-9)
+        return (self.passage.asked.max_peak or math.inf) * (1 + 1e-9)
 
     @property
     def upper(self) -> float:
@@ -233,7 +233,7 @@ class Tree:
             child = solve(ends, dropped)
         now = place - sum(k < place for k in dropped)
         motion = child.certificate.best.motion.in_units(PointMass.of(child.past))
-        at = motion.position(child.certificate.times[now] * self.workspace.maneuver.duration)
+        at = motion.position(child.certificate.times[now] * self.passage.asked.duration)
         room = 1e-9 * self.workspace.size
         if not low - room <= float(along @ (at - origin)) <= high + room:
             ends = (True, True)
@@ -243,7 +243,7 @@ class Tree:
 
     def samples(self, motion: Trajectory) -> tuple[Array, Array]:
         """Places of the centre of mass, (SAMPLES + 1, 2), and how far from touching or unreachable the arm is there."""
-        path = motion.position(self.workspace.maneuver.duration * np.arange(SAMPLES + 1) / SAMPLES)
+        path = motion.position(self.passage.asked.duration * np.arange(SAMPLES + 1) / SAMPLES)
         return path, self.passage.sheets.slack(path)
 
     def _dropped(self, node: Node, place: int, line: Line | None = None) -> tuple[int, ...]:
@@ -276,7 +276,7 @@ class Tree:
             short = -float(np.min(slack))
             if short <= 0:
                 clear = link_clearance(self.workspace, self.passage.joints(motion))
-                short = clear.short(self.workspace.maneuver, size)
+                short = clear.short(self.workspace)
                 if short <= 0:
                     self.best = Candidate(self.passage, node.order, lift, past, node.certificate.times, peak)
                     return

@@ -22,7 +22,7 @@ from ..robots.joint_space import Flood, JointWay, decisive_flood
 from ..robots.workspace import Workspace
 from ..scenes.arm_proof import ArmProof, PassageProof, Touching
 from ..scenes.passages import Edge, Passage, passages
-from ..spec.arm_maneuver import ArmManeuver
+from ..spec.arm import ArmManeuver
 from ..spec.maneuver import Maneuver
 from ..types import Array, Progress
 from .arm_tree import BOXES, PATIENCE, WORTH, Candidate, Tree
@@ -71,8 +71,10 @@ class _Arc:
 class ArmSearch:
     """The search over all passages of one maneuver of a two-link arm."""
 
-    def __init__(self, workspace: Workspace, gap: float, node_limit: int, until: float = math.inf) -> None:
-        self.workspace, self.gap = workspace, gap
+    def __init__(
+        self, asked: ArmManeuver, workspace: Workspace, gap: float, node_limit: int, until: float = math.inf
+    ) -> None:
+        self.asked, self.workspace, self.gap = asked, workspace, gap
         self._boxes, self._until = node_limit, until
         self.boxes = self.rounds = 0
         self.best: Candidate | None = None
@@ -90,13 +92,13 @@ class ArmSearch:
     @property
     def enough(self) -> float:
         """A bound [m/s^2] above which nothing more is asked: of the best motion, or a no to max_peak."""
-        return min((1 - self.gap) * self.upper, (self.workspace.maneuver.max_peak or math.inf) * (1 + 1e-9))
+        return min((1 - self.gap) * self.upper, (self.asked.max_peak or math.inf) * (1 + 1e-9))
 
     def run(self, rounds: int, progress: Progress | None = None) -> Found:
         """Search until the gap is reached or comes down no more, or for so many rounds, boxes and seconds."""
         self._most, self._progress = rounds, progress
-        every = passages(self.workspace)
-        if self.workspace.maneuver.obstacles:
+        every = passages(self.asked, self.workspace)
+        if self.asked.obstacles:
             ends = [(one.theta, one.elbow if one.keeps else None) for one in every]
             self._flood = decisive_flood(self.workspace, ends, self._until)
         every, flooded = [one for one in every if self._joined(one)], len(every)
@@ -137,7 +139,7 @@ class ArmSearch:
             last = first.last
             nearest = Candidate(first.passage, last.order, 0.0, last.past, last.certificate.times, last.bound)
         proof = ArmProof(tuple(proofs), self._flood.cells if parted and self._flood is not None else 0)
-        return Found(self.workspace.maneuver, proof, self.best, self.steered, self.turned, nearest, self.boxes)
+        return Found(self.asked, proof, self.best, self.steered, self.turned, nearest, self.boxes)
 
     def _joined(self, passage: Passage, elbow: float | None = None) -> bool:
         """Whether a motion, or one that keeps this elbow, is not proved impossible."""
@@ -146,11 +148,11 @@ class ArmSearch:
     def _way(self, passage: Passage, elbow: float | None = None) -> JointWay | None:
         """A way of free configurations, if one is known."""
         way = None if self._flood is None else self._flood.way(passage.theta, elbow)
-        return None if way is None else JointWay(self.workspace, way, self.workspace.maneuver.duration)
+        return None if way is None else JointWay(self.workspace, way, self.asked.duration)
 
     def _alone(self, passage: Passage) -> bool:
         """Whether a tree of all motions is enough: without obstacles both elbows see the same."""
-        return passage.keeps and not self.workspace.maneuver.obstacles
+        return passage.keeps and not self.asked.obstacles
 
     def _seen(self, passage: Passage) -> Passage:
         return passage.whole if self._alone(passage) else passage
@@ -167,7 +169,7 @@ class ArmSearch:
         self.rounds += 1
         mass, gap = PointMass.of(past), max(self.gap, FINEST_GAP) / 4
         # more than max_peak is enough to say no; once the time is over any bound is
-        limit = (self.workspace.maneuver.max_peak or math.inf) * (1 + 1e-6)
+        limit = (self.asked.max_peak or math.inf) * (1 + 1e-6)
         level = min(enough, self.upper, limit) / mass.unit if not self._late else 0.0
         boxes = max(min(boxes, self._boxes - self.boxes), 1)
         found = least_over_times(mass, gap, node_limit=boxes, until=self._until, start=start, enough=level)

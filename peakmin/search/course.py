@@ -124,9 +124,7 @@ class Course:
     def _looked_at(self, motion: HoldTrajectory, times: Array) -> tuple[Steered, float]:
         """The motion with its joints, and by how much [m] it does not keep what is asked."""
         path, workspace = self.joints(motion, times), self.passage.workspace
-        return Steered(self, times, motion, path), link_clearance(workspace, path).short(
-            workspace.maneuver, workspace.size
-        )
+        return Steered(self, times, motion, path), link_clearance(workspace, path).short(workspace)
 
     def edges(self, times: Array) -> Array:
         """Ends of the holds [scaled], (steps+1,)."""
@@ -151,7 +149,7 @@ class Course:
                 v = motion.velocity(t[np.argmin(rho)])
                 n = np.array([-v[1], v[0]]) / (np.hypot(*v) or 1.0)
             out.append((int(k), n, inner + float(n @ workspace.chain.base)))
-        if not workspace.maneuver.obstacles:
+        if not workspace.obstacles:
             return out
         step = STEP * workspace.size
 

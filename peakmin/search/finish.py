@@ -12,10 +12,9 @@ from ..plan.plan import Made, Status
 from ..proofs.check import check_motion
 from ..robots.joints import JointPath
 from ..robots.link_clearance import link_clearance
-from ..robots.workspace import Workspace
 from ..scenes.arm_proof import ArmProof
 from ..scenes.passages import Passage
-from ..spec.arm_maneuver import postures
+from ..spec.arm import ArmManeuver, postures
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Settings
 from ..types import Array
@@ -24,7 +23,6 @@ LANDED = 1e-5  # rad: close to a stretched arm angles go with the root of a dist
 
 
 def finished(
-    workspace: Workspace,
     passage: Passage,
     settings: Settings,
     crossing: Maneuver,
@@ -36,16 +34,16 @@ def finished(
     made: Made,
 ) -> ArmPlan:
     """The plan, solved only if its motion passes every check. Times [s], peak and the proof's bound [m/s^2]."""
-    clear, limit = None, workspace.maneuver.max_peak or math.inf
+    clear, limit = None, passage.asked.limit
     kept = False
-    ends = path is not None and begins(passage, path) and lands(workspace, path)
+    ends = path is not None and begins(passage, path) and lands(passage.asked, path)
     if path is not None and not (ends and check_motion(crossing, path.motion, times, peak).passed):
         path, peak = None, math.inf
     if path is not None:
-        clear = link_clearance(workspace, path)
-        kept = clear.short(workspace.maneuver, workspace.size) == 0
+        clear = link_clearance(passage.workspace, path)
+        kept = clear.short(passage.workspace) == 0
     plan = ArmPlan(
-        workspace.maneuver, settings, "unknown", passage.indices, crossing, times, path, clear, peak, bound, proof, made
+        passage.asked, settings, "unknown", passage.indices, crossing, times, path, clear, peak, bound, proof, made
     )
     status: Status = "unknown"
     if kept and peak <= limit and not plan.exceeded:
@@ -60,8 +58,8 @@ def begins(passage: Passage, path: JointPath) -> bool:
     return bool(np.max(np.abs(path.absolute(0.0) - passage.theta[0])) < LANDED)
 
 
-def lands(workspace: Workspace, path: JointPath) -> bool:
+def lands(asked: ArmManeuver, path: JointPath) -> bool:
     """Whether the motion ends in one of the goal's configurations, up to full turns."""
-    wanted = postures(workspace.maneuver.arm, workspace.maneuver.goal)
+    wanted = postures(asked.arm, asked.goal)
     apart = [np.abs((path.absolute(path.duration) - one + np.pi) % (2 * np.pi) - np.pi) for one in wanted]
     return min(float(np.max(one)) for one in apart) < LANDED

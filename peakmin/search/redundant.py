@@ -24,6 +24,7 @@ from ..robots.joints import JointPath, steadiest
 from ..robots.workspace import Workspace
 from ..scenes.arm_proof import ArmProof, Branch, PassageProof
 from ..scenes.passages import passages
+from ..spec.arm import ArmManeuver
 from ..spec.settings import Settings
 from ..types import Array
 from .finish import finished
@@ -34,9 +35,9 @@ WEIGHTS = (0.0, 1e2, 1e4)  # of what is not kept, round by round; relative to th
 ROOM = 0.005  # of the arm: a clearance below which it counts as not kept
 
 
-def redundant(workspace: Workspace, settings: Settings, began: float, until: float) -> ArmPlan:
+def redundant(asked: ArmManeuver, workspace: Workspace, settings: Settings, began: float, until: float) -> ArmPlan:
     """The plan of an arm of at least three links; "unknown" where the links cannot be kept clear on this path."""
-    passage = passages(workspace)[0]
+    passage = passages(asked, workspace)[0]
     mass = PointMass.of(passage.maneuver)
     found = least_over_times(mass, 1e-6)
     proof = ArmProof((PassageProof(passage.indices, None, (), Branch(tuple(found.leaves))),))
@@ -49,8 +50,8 @@ def redundant(workspace: Workspace, settings: Settings, began: float, until: flo
         first = JointPath(workspace.chain, motion, *pair, (), None, passage.theta[0])
         path = slowest(workspace, first, passage.theta[1], until)
     made = Made(settings.solver, least.count.compilations, least.count.solves, found.nodes, time.perf_counter() - began)
-    bound = proof.bound(workspace.maneuver)
-    return finished(workspace, passage, settings, passage.maneuver, np.zeros(0), path, float(peak), proof, bound, made)
+    bound = proof.bound(asked)
+    return finished(passage, settings, passage.maneuver, np.zeros(0), path, float(peak), proof, bound, made)
 
 
 def slowest(workspace: Workspace, path: JointPath, goal: Array, until: float = math.inf) -> JointPath:
@@ -58,7 +59,7 @@ def slowest(workspace: Workspace, path: JointPath, goal: Array, until: float = m
 
     At the deadline `until` the best that was met is taken.
     """
-    rest, margin = path.rest, workspace.maneuver.margin
+    rest, margin = path.rest, workspace.margin
     first, last = path.start[rest], goal[rest]
     knots = np.linspace(0, path.duration, KNOTS + 2)
     t = np.linspace(0, path.duration, SAMPLES + 1)
@@ -83,7 +84,7 @@ def slowest(workspace: Workspace, path: JointPath, goal: Array, until: float = m
             theta, rates, _ = trial.rates(t)
         speed = np.diff(rates, axis=-1, prepend=0.0)
         energy = float(np.trapezoid(np.minimum(np.nan_to_num(np.sum(speed**2, axis=-1), nan=1e6), 1e6), t))
-        if weight and workspace.maneuver.obstacles:
+        if weight and workspace.obstacles:
             near = margin + ROOM * size - np.min(workspace.clearance(theta), axis=-1)
             short = short + np.maximum(near, 0.0)
         found = energy + scale * (1e3 + weight) * float(np.mean((short / size) ** 2)) * 1e2
@@ -91,7 +92,7 @@ def slowest(workspace: Workspace, path: JointPath, goal: Array, until: float = m
         return found
 
     x = (first + np.linspace(0, 1, KNOTS + 2)[1:-1, None] * (last - first)).ravel()
-    for weight in WEIGHTS if workspace.maneuver.obstacles else WEIGHTS[:1]:
+    for weight in WEIGHTS if workspace.obstacles else WEIGHTS[:1]:
         best = math.inf, x
         with suppress(OverError):
             x = minimize(cost, x, args=(weight,), method="L-BFGS-B", options={"maxiter": 60}).x

@@ -15,8 +15,9 @@ from ..plan.plan import Made, peak_of
 from ..programs.least_peak import LeastPeak
 from ..robots.workspace import Workspace
 from ..scenes.passages import passages
-from ..spec.arm_maneuver import ArmManeuver, check_arm
+from ..spec.arm import ArmManeuver
 from ..spec.settings import GlobalSearch, Settings
+from ..spec.spec import refuse_unfit
 from ..types import Progress
 from .arm_tree import FIRST_LIFT, LIFTS, Candidate
 from .arms import ArmSearch, Found
@@ -37,14 +38,14 @@ def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress:
         SpecError: when the settings do not fit.
     """
     settings = settings or Settings()
-    check_arm(maneuver, settings)
-    began, until, workspace = time.perf_counter(), after(settings.time_limit), Workspace(maneuver)
+    refuse_unfit(maneuver, settings)
+    began, until, workspace = time.perf_counter(), after(settings.time_limit), maneuver.workspace
     assert isinstance(settings.search, GlobalSearch)
     if workspace.chain.links > 2:
-        return redundant(workspace, settings, began, until)
+        return redundant(maneuver, workspace, settings, began, until)
     from ..programs import program  # noqa: F401  cvxpy takes a second to import, which is the search's
 
-    search = ArmSearch(workspace, settings.search.gap, settings.node_limit, part(until))
+    search = ArmSearch(maneuver, workspace, settings.search.gap, settings.node_limit, part(until))
     found = search.run(settings.rounds, progress)
     plans = [_kept(workspace, settings, found, began, until)]
     plans += [_steered(workspace, settings, found, one, began, until) for one in (found.steered, found.turned)]
@@ -52,10 +53,10 @@ def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress:
     if made:
         return min(made, key=lambda plan: (plan.status != "solved", plan.peak))
     nothing = found.nearest
-    passage = passages(workspace)[0] if nothing is None else nothing.passage
+    passage = passages(maneuver, workspace)[0] if nothing is None else nothing.passage
     crossing = passage.maneuver if nothing is None else nothing.past
     none, made_so = np.zeros(len(crossing.walls)), _made(settings, found, began)
-    return finished(workspace, passage, settings, crossing, none, None, math.inf, found.proof, found.bound, made_so)
+    return finished(passage, settings, crossing, none, None, math.inf, found.proof, found.bound, made_so)
 
 
 def _made(settings: Settings, found: Found, began: float, least: LeastPeak | None = None) -> Made:
@@ -86,7 +87,6 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float, 
         times = least.place(times) * past.duration
         peak = max(peak_of(bracket, settings.circle) * least.mass.unit, motion.peak())
         plan = finished(
-            workspace,
             passage,
             settings,
             past,
@@ -99,7 +99,7 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float, 
         )
         if plan.clear is None:
             return plan
-        short = plan.clear.short(workspace.maneuver, workspace.size)
+        short = plan.clear.short(workspace)
         if plan.status == "solved" or not short > 0 or not best.paths or over(until):
             break
         lift += max(1.3 * short, FIRST_LIFT * workspace.size)
@@ -119,6 +119,4 @@ def _steered(
     course = replace(one.course, circle=settings.circle.facing(Frame.from_maneuver(one.course.past).angle))
     fine = replace(one, course=course).finer(settings.grid.steps, until) or one
     at, made = fine.times * course.past.duration, _made(settings, found, began)
-    return finished(
-        workspace, course.passage, settings, course.past, at, fine.joints, fine.peak, found.proof, found.bound, made
-    )
+    return finished(course.passage, settings, course.past, at, fine.joints, fine.peak, found.proof, found.bound, made)

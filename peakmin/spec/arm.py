@@ -1,15 +1,24 @@
-"""What is asked of an arm: its links, its poses at start and goal, what stands in its workspace."""
+"""What is asked of an arm: its links, its poses at start and goal, what stands in its workspace.
+
+The configurations that the poses allow are checked to exist, to be within limits and to stand free.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from ..robots.kinematics import Chain, Pair
+from ..robots.workspace import Workspace
 from .model import Model, Number, Positive, Vector, few
 from .obstacles import Blocks
+from .task import Task
 
 Elbow = Literal["up", "down", "either"]
+ANGLE = 1e-9  # rad: up to which a joint counts as within its limits
 
 
 class Link(Model):
@@ -65,6 +74,20 @@ class Arm(Model):
     base: Vector = (0.0, 0.0)
     payload: Annotated[Number, Field(ge=0)] = 0.0
 
+    @property
+    def chain(self) -> Chain:
+        """The arm in numbers."""
+        links = self.links
+        return Chain(
+            np.array(self.base),
+            np.array([link.length for link in links]),
+            np.array([link.mass for link in links]),
+            np.array([link.centre for link in links]),
+            np.array([link.about_centre for link in links]),
+            np.array([link.half_width for link in links]),
+            self.payload,
+        )
+
     @model_validator(mode="after")
     def _centre_moves(self) -> Arm:
         if self.links[-1].centre == 0 and self.payload == 0:
@@ -98,7 +121,7 @@ class Pose(Model):
         return self
 
 
-class Task(Model):
+class ArmTask(Task):
     """From pose to pose, both at rest, in the given time, clear of the obstacles.
 
     Args:
@@ -109,16 +132,93 @@ class Task(Model):
         max_peak: optional bound on the centre of mass's acceleration [m/s^2].
     """
 
+    kind: ClassVar[str] = "arm"
+
     start: Pose
     goal: Pose
-    duration: Positive
     obstacles: Blocks = ()
-    margin: Annotated[Number, Field(ge=0)] = 0.0
-    max_peak: Positive | None = None
 
     @model_validator(mode="after")
-    def _plain_blocks(self) -> Task:
+    def _plain_blocks(self) -> ArmTask:
         for i, block in enumerate(self.obstacles):
             if block.side != "either":
                 raise ValueError(f".obstacles[{i}].side: was {block.side!r}, must be left out (an arm's path has none)")
         return self
+
+
+class ArmManeuver(ArmTask):
+    """A task for an arm."""
+
+    arm: Arm
+
+    @property
+    def workspace(self) -> Workspace:
+        """The arm among the obstacles; made anew each time."""
+        polygons = tuple(np.array(block.vertices) for block in self.obstacles)
+        return Workspace(self.arm.chain, polygons, self.margin)
+
+    @model_validator(mode="after")
+    def _poses_exist(self) -> ArmManeuver:
+        for name, pose in (("start", self.start), ("goal", self.goal)):
+            try:
+                found = postures(self.arm, pose)
+            except ValueError as error:
+                raise ValueError(f".{name}{error}") from None
+            if not found:
+                first, second = (link.length for link in self.arm.links[:2])
+                assert pose.tip is not None
+                raise ValueError(
+                    f".{name}.tip: was {list(pose.tip)}, must be {abs(first - second):g} to {first + second:g} m "
+                    f"from the base, {list(self.arm.base)}"
+                )
+            beyond = [_beyond(self.arm, pose, theta, exact=name == "start") for theta in found]
+            if None not in beyond:
+                raise ValueError(f".{name}.{beyond[0]}")
+            workspace = self.workspace
+            hits = [workspace.touched(np.array(theta)) for theta in found]
+            if None not in hits:
+                i, link, depth = next(hit for hit in hits if hit is not None)
+                raise ValueError(
+                    f".obstacles[{i}]: was {depth:.4g} m from link {link + 1} at the {name}, must leave the arm "
+                    f"{self.margin:g} m free there"
+                )
+        return self
+
+
+def postures(arm: Arm, pose: Pose) -> list[tuple[float, ...]]:
+    """The absolute angles [rad] of every configuration that a pose allows, best known order: up, down.
+
+    Raises:
+        ValueError: where the pose does not fit the arm, worded for a spec.
+    """
+    if pose.joints is not None:
+        if len(pose.joints) != len(arm.links):
+            raise ValueError(f".joints: was {len(pose.joints)} angles, must be {len(arm.links)}, one for every link")
+        return [tuple(np.cumsum(pose.joints).tolist())]
+    if len(arm.links) != 2:
+        raise ValueError(f".tip: was given for {len(arm.links)} links, must be joints (a tip needs two links)")
+    assert pose.tip is not None
+    pair = Pair(arm.links[0].length, arm.links[1].length)
+    s = np.array(pose.tip) - arm.base
+    rho, room = math.hypot(*s), 1e-12 * pair.outer
+    if not pair.inner - room <= rho <= pair.outer + room:
+        return []
+    signs = {"up": [-1.0], "down": [1.0]}.get(pose.elbow or "either", [-1.0, 1.0])
+    return [tuple(pair.angles(s, sign).tolist()) for sign in signs]
+
+
+def _beyond(arm: Arm, pose: Pose, theta: tuple[float, ...], exact: bool) -> str | None:
+    """A joint of a configuration that is outside of its limits, worded for a spec; or None.
+
+    Args:
+        exact: whether a pose given as joints has these very angles, else they are meant up to full turns.
+    """
+    for k, (link, q) in enumerate(zip(arm.links, pose.joints or np.diff(theta, prepend=0.0).tolist(), strict=True)):
+        if link.limits is None:
+            continue
+        low, high = link.limits[0] - ANGLE, link.limits[1] + ANGLE
+        near = q if exact and pose.joints else q + math.tau * math.ceil((low - q) / math.tau)
+        if not low <= near <= high:
+            what = f"joints[{k}]: was {q:g}" if pose.joints else f"tip: was {list(pose.tip or ())}, joint {k + 1} {q:g}"
+            return f"{what} rad, must be within arm.links[{k}].limits, {list(link.limits)}"
+    return None

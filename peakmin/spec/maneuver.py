@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from ..errors import SpecError
-from .model import Model, Number, Positive, Vector, in_reach
+from .model import Model, Positive, Vector, in_reach
 from .obstacles import Block, Obstacles, Region, Wall, covers
+from .task import Task
 
 
 class State(Model):
@@ -21,7 +22,7 @@ class State(Model):
     velocity: Vector = (0.0, 0.0)
 
 
-class Maneuver(Model):
+class Maneuver(Task):
     """From start to goal in the given time, past the walls in the order listed.
 
     Args:
@@ -36,15 +37,14 @@ class Maneuver(Model):
             "infeasible".
     """
 
+    kind: ClassVar[str] = "point"
+
     start: State
     goal: State
-    duration: Positive
     mass: Positive = 1.0
     obstacles: Obstacles = ()
-    margin: Annotated[Number, Field(ge=0)] = 0.0
     region: Region | None = None
     max_speed: Positive | None = None
-    max_peak: Positive | None = None
 
     @property
     def walls(self) -> tuple[Wall, ...]:

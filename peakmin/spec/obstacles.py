@@ -92,7 +92,7 @@ class Block(Model):
         import shapely
 
         corners = np.array(self.vertices) - origin
-        polygon = shapely.Polygon(corners)
+        polygon: Any = shapely.Polygon(corners)
         if margin > 0 and polygon.convex_hull.equals(polygon):
             polygon = polygon.buffer(margin, quad_segs=ROUND)
         elif margin > 0:
@@ -100,8 +100,8 @@ class Block(Model):
             step = after - corners
             out = margin * np.stack([step[:, 1], -step[:, 0]], axis=1) / np.hypot(*step.T)[:, None]
             sides = np.stack([corners - out, after - out, after + out, corners + out], axis=1)
-            around = shapely.buffer(shapely.points(corners), margin, quad_segs=ROUND)
-            polygon = shapely.union_all([polygon, *around, *shapely.polygons(sides)])
+            around: Any = shapely.buffer(shapely.points(corners), margin, quad_segs=ROUND)
+            polygon = shapely.union_all([polygon, *around, *np.asarray(shapely.polygons(sides))])
         return [np.array(ring.coords)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
 
     def shadow(self, margin: float, across: Array, far: float) -> Array:
@@ -116,7 +116,7 @@ class Block(Model):
         corners, push = self.grown(margin)[0], far * across
         polygon, after = shapely.Polygon(corners), np.roll(corners, -1, axis=0)
         parts = [shapely.Polygon([a, b, b + push, a + push]) for a, b in zip(corners, after, strict=True)]
-        whole = shapely.union_all([polygon, *(part for part in parts if part.area > 0 and part.is_valid)])
+        whole: Any = shapely.union_all([polygon, *(part for part in parts if part.area > 0 and part.is_valid)])
         return np.array(whole.exterior.coords)[:-1]
 
     def holds(self, point: Vector, margin: float) -> bool:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, Field, model_validator
 
 from ..errors import SpecError
+from .arm import Arm, ArmManeuver, ArmTask
 from .maneuver import Maneuver
 from .model import Model
+from .reading import load, named, of_kind, read_file
 from .settings import MOST_ROWS, GlobalSearch, Settings, SweepSearch
+from .task import Task
 
 MAX_SWEEP_POINTS = 100_000  # ordered obstacle times; above it a sweep would take days
 MOST_CERTIFIED = 8  # walls; a box of obstacle times has 2^q corners
@@ -32,6 +36,11 @@ class Spec(Model):
     maneuver: Maneuver
     settings: Settings = Settings()
 
+    @property
+    def task(self) -> Maneuver:
+        """The maneuver."""
+        return self.maneuver
+
     @model_validator(mode="before")
     @classmethod
     def _is_of_a_point(cls, data: Any) -> Any:
@@ -48,12 +57,64 @@ class Spec(Model):
         return self
 
 
-def refuse_unfit(maneuver: Maneuver, settings: Settings) -> None:
-    """Refuse settings that do not fit the maneuver. Raises `SpecError`."""
-    for name, given, kind in (("maneuver", maneuver, Maneuver), ("settings", settings, Settings)):
+class ArmSpec(Model):
+    """A whole spec file for an arm."""
+
+    version: Annotated[int, Field(strict=True), AfterValidator(known_version)] = 1
+    arm: Arm
+    maneuver: ArmTask
+    settings: Settings = Settings()
+
+    @model_validator(mode="after")
+    def _fit_together(self) -> ArmSpec:
+        try:
+            refuse_unfit(self.task, self.settings)
+        except SpecError as error:
+            raise ValueError(f".{error}" if not str(error).startswith(".") else str(error)) from None
+        return self
+
+    @property
+    def task(self) -> ArmManeuver:
+        """The task for the arm. Raises `SpecError` where the two do not fit."""
+        fields = {name: getattr(self.maneuver, name) for name in ArmTask.model_fields}
+        try:
+            return ArmManeuver(arm=self.arm, **fields)
+        except SpecError as error:
+            raise SpecError(f"maneuver.{error}") from None
+
+
+AnySpec = Spec | ArmSpec
+
+
+def spec_of(data: dict[str, Any]) -> AnySpec:
+    """The spec that a JSON object states, of an arm where it has one. Raises `SpecError` in one line if it is wrong."""
+    return ArmSpec(**data) if "arm" in data else Spec(**data)
+
+
+def read_spec(path: str | Path) -> AnySpec:
+    """A spec file, of an arm where it has one. Raises `SpecError` in one line when it cannot be read or is wrong."""
+    with named(path):
+        data = load(read_file(path))
+        of_kind(data, "spec")
+        return spec_of(data)
+
+
+def refuse_unfit(task: Task, settings: Settings) -> None:
+    """Refuse settings that do not fit the task. Raises `SpecError`."""
+    for name, given, kind in (("maneuver", task, Task), ("settings", settings, Settings)):
         if not isinstance(given, kind):
-            whole = " (a spec has both: .maneuver, .settings)" if isinstance(given, Spec) else ""
-            raise SpecError(f"{name}: was a {type(given).__name__}, must be a peakmin.{kind.__name__}{whole}")
+            whole = " (a spec has both: .task, .settings)" if isinstance(given, AnySpec) else ""
+            wanted = "Maneuver" if kind is Task else kind.__name__
+            raise SpecError(f"{name}: was a {type(given).__name__}, must be a peakmin.{wanted}{whole}")
+    if task.kind == "arm":
+        if settings.search.kind != "global":
+            raise SpecError(f"settings.search.kind: was {settings.search.kind!r}, must be 'global' for an arm")
+        return
+    assert isinstance(task, Maneuver)
+    _refuse_unfit_for_a_point(task, settings)
+
+
+def _refuse_unfit_for_a_point(maneuver: Maneuver, settings: Settings) -> None:
     walls, grid, search = len(maneuver.walls), settings.grid, settings.search
     if not maneuver.simple and not isinstance(search, GlobalSearch):
         what = "blocks" if maneuver.blocks else "a region" if maneuver.region is not None else "a max_speed"

@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from ..api import spec_of
 from ..errors import SpecError
 from .model import Model
 from .reading import load, named, of_kind, read_file
-from .spec import Spec, known_version
+from .spec import Spec, known_version, spec_of
 
 if TYPE_CHECKING:
-    from .arm_maneuver import ArmSpec
+    from .spec import ArmSpec
 
 MOST_ROWS = 100_000
 EXAMPLE = "maneuver.obstacles[0].tip[1]"

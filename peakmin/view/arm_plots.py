@@ -17,7 +17,7 @@ from .style import BELOW, BLACK, BLUE, FRAMES, GREEN, ORANGE, PINK, RED, STYLE, 
 
 if TYPE_CHECKING:
     from ..plan.arm_plan import ArmPlan
-    from ..spec.arm_maneuver import ArmManeuver
+    from ..spec.arm import ArmManeuver
 
 POSES = 9  # drawn between start and goal
 COLORS = (BLUE, ORANGE, GREEN, PINK, BLACK)
@@ -26,10 +26,9 @@ DASHES = ("-", "--", "-.", ":", (0, (5, 1)))
 
 def task(maneuver: ArmManeuver, ax: Axes | None = None) -> Axes:
     """What is asked: the arm at start and goal, every configuration that they allow, its obstacles (figure 4)."""
-    from ..robots.kinematics import Chain
-    from ..spec.arm_maneuver import postures
+    from ..spec.arm import postures
 
-    ax, chain = axes_of(ax), Chain.of(maneuver.arm)
+    ax, chain = axes_of(ax), maneuver.arm.chain
     blocks(ax, maneuver.obstacles, maneuver.margin, "obstacle")
     for name, pose, shade, dashes in (("start", maneuver.start, "0.55", "--"), ("goal", maneuver.goal, "0", "-")):
         for k, theta in enumerate(postures(maneuver.arm, pose)):

@@ -12,7 +12,8 @@ from ..errors import PeakminError
 from ..plan.arm_plan import ArmPlan
 from ..queries.compare import Row
 from ..queries.simulate import Simulation
-from ..spec.arm_maneuver import ArmManeuver, ArmSpec
+from ..spec.arm import ArmManeuver
+from ..spec.spec import ArmSpec
 from ..types import Progress
 from .words import advised, opening
 
@@ -85,7 +86,7 @@ def solved(asked: ArmSpec, progress: Progress | None) -> ArmPlan:
     """The plan of a spec. Raises `PeakminError` where it has no motion."""
     from ..search.solve_arm import solve_arm
 
-    plan = solve_arm(asked.asked, asked.settings, progress)
+    plan = solve_arm(asked.task, asked.settings, progress)
     if plan.joints is None:
         raise PeakminError("compare: was a task without a free motion, must have one")
     return plan

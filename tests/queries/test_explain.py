@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import peakmin as pm
-from peakmin import api
 from peakmin.cli import main
 from peakmin.proofs.branch_and_bound import least_over_times
 from peakmin.queries.explain import explain
 from peakmin.queries.repairs import Trials, repairs, upwards
 from peakmin.scenes.impossible import impossible, least_way
+from peakmin.spec.spec import read_spec
 
 WALL = pm.Wall(tip=(0.7, 0.3))
 POST = pm.Block(vertices=[(0.4, -0.2), (0.5, -0.2), (0.5, 0.3), (0.4, 0.3)])
@@ -201,7 +201,7 @@ def test_what_is_too_slow_between_moving_ends_is_too_long():
 
 def test_what_refuted_is_what_is_said_even_when_the_time_is_over():
     """Nine blocks in two seconds: the bound in the words is above max_peak, and nothing was found in this time."""
-    spec = api.read_spec(Path(__file__).parent.parent.parent / "examples" / "cluttered.json")
+    spec = read_spec(Path(__file__).parent.parent.parent / "examples" / "cluttered.json")
     asked = spec.maneuver.model_copy(update={"max_peak": 2.2759})
     why = explain(asked, pm.Settings(time_limit=0.3), proved=2.346)
     assert "max_peak 2.2759 m/s² is below 2.346 m/s²" in why.because

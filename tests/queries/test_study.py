@@ -220,7 +220,7 @@ def test_masses_and_arms_mix_and_equal_specs_are_solved_once(tmp_path):
     assert found.rows[0] == found.rows[3]
     assert Counter(row["spec"] for row in journal(tmp_path / "mixed.csv")) == {row["spec"]: 1 for row in found.rows}
     assert found.rows[2]["peak_force"] == 2 * found.rows[0]["peak_force"]
-    assert found.rows[1]["peak"] == pm.solve(pm.ArmSpec(**ARM).asked, pm.ArmSpec(**ARM).settings).peak
+    assert found.rows[1]["peak"] == pm.solve(pm.ArmSpec(**ARM).task, pm.ArmSpec(**ARM).settings).peak
     assert "maneuver.mass" in found.varied
     assert "maneuver.duration" not in found.varied
 

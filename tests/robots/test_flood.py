@@ -7,7 +7,7 @@ import pytest
 
 import peakmin as pm
 from peakmin.robots.joint_space import FLOODS, JointWay, decisive_flood, flood
-from peakmin.robots.workspace import BLOCKED, FREE, Workspace
+from peakmin.robots.workspace import BLOCKED, FREE
 from peakmin.scenes.passages import passages
 
 
@@ -55,8 +55,9 @@ def test_a_flood_that_parts_nothing_proves_nothing(closed):
 
 def test_with_one_bar_the_arm_goes_around():
     """The other way about is open, however far it is."""
-    workspace = Workspace(between_bars(0.75))
-    (passage,) = passages(workspace)
+    task = between_bars(0.75)
+    workspace = task.workspace
+    (passage,) = passages(task, workspace)
     found = decisive_flood(workspace, [(passage.theta, None)], np.inf)
     assert not found.parts(passage.theta)
     way = found.way(passage.theta)
@@ -70,7 +71,7 @@ def test_with_one_bar_the_arm_goes_around():
 
 @pytest.mark.parametrize("cells", FLOODS[:3])
 def test_cells_are_what_they_are_called(cells):
-    workspace, rng = Workspace(between_bars(0.75, -1.8)), np.random.default_rng(cells)
+    workspace, rng = between_bars(0.75, -1.8).workspace, np.random.default_rng(cells)
     found = flood(workspace, cells)
     theta = rng.uniform(-np.pi, np.pi, (20_000, 2))
     free = np.min(workspace.clearance(theta), axis=1) >= 0
@@ -81,7 +82,7 @@ def test_cells_are_what_they_are_called(cells):
 
 
 def test_an_elbow_that_must_turn_over_parts_its_own_sheet_only():
-    workspace = Workspace(between_bars())
+    workspace = between_bars().workspace
     found = flood(workspace, 64)
     up, down = np.array([0.0, -1.0]), np.array([0.0, 1.0])
     assert found.parts((up, down), -1.0)

@@ -15,12 +15,12 @@ from peakmin.queries.compare import compare
 from peakmin.queries.explain_arm import explain_arm
 from peakmin.queries.simulate import simulate
 from peakmin.robots.joints import JointPath, closely, torques
-from peakmin.robots.kinematics import Chain, Pair
+from peakmin.robots.kinematics import Pair
 from peakmin.robots.link_clearance import link_clearance
-from peakmin.robots.workspace import BLOCKED, FREE, Sheets, Workspace
+from peakmin.robots.workspace import BLOCKED, FREE, Sheets
 from peakmin.scenes.passages import Turned, passages
 from peakmin.search.course import Course
-from peakmin.spec.arm_maneuver import postures
+from peakmin.spec.arm import postures
 from peakmin.view import arm_words as terminal
 from peakmin.view.words import advice
 
@@ -36,13 +36,13 @@ def example(name):
 @pytest.fixture(scope="module")
 def two_link():
     spec = example("two_link")
-    return pm.solve(spec.asked, spec.settings)
+    return pm.solve(spec.task, spec.settings)
 
 
 @pytest.fixture(scope="module")
 def three_link():
     spec = example("three_link")
-    return pm.solve(spec.asked, spec.settings)
+    return pm.solve(spec.task, spec.settings)
 
 
 def small(**changes):
@@ -63,7 +63,7 @@ def small(**changes):
 def test_the_papers_tips_map_to_its_centres_of_mass(tip, centre):
     arm = example("two_link").arm
     (theta,) = postures(arm, pm.Pose(tip=tip, elbow="up"))
-    chain = Chain.of(arm)
+    chain = arm.chain
     assert chain.tip(theta) == pytest.approx(tip, abs=1e-12)
     assert chain.centre(theta) == pytest.approx(centre, abs=2e-3)
     assert chain.reach == (2.0, 4.0)
@@ -71,7 +71,7 @@ def test_the_papers_tips_map_to_its_centres_of_mass(tip, centre):
 
 def test_payload_and_uneven_links_count_in_the_centre_of_mass():
     arm = pm.Arm(links=[pm.Link(length=2, mass=3, com=0.5), pm.Link(length=1, mass=2)], base=(1, -1), payload=5)
-    chain, theta = Chain.of(arm), np.array([0.3, -0.9])
+    chain, theta = arm.chain, np.array([0.3, -0.9])
     e = [np.array([np.cos(a), np.sin(a)]) for a in theta]
     places = [0.5 * e[0], 2 * e[0] + 0.5 * e[1], 2 * e[0] + e[1]]
     wanted = np.array([1, -1]) + sum(m * r for m, r in zip((3, 2, 5), places, strict=True)) / 10
@@ -100,7 +100,7 @@ def test_two_links_reach_what_they_are_asked_and_their_spread_is_a_bound(seed):
 @pytest.mark.parametrize("seed", range(12))
 def test_what_is_decided_of_a_ball_holds_in_all_of_it(seed):
     rng = np.random.default_rng(seed)
-    workspace = Workspace(example("two_link").asked)
+    workspace = example("two_link").task.workspace
     sheets = Sheets(workspace, (-1.0,))
     middle = rng.uniform([1.5, -1], [4, 2], (300, 2))
     radius = 10 ** rng.uniform(-3, -0.5, 300)
@@ -117,7 +117,7 @@ def test_what_is_decided_of_a_ball_holds_in_all_of_it(seed):
 
 
 def test_gaps_leave_out_only_what_is_blocked():
-    workspace = Workspace(example("two_link").asked)
+    workspace = example("two_link").task.workspace
     sheets = Sheets(workspace, (-1.0,))
     for x in (2.6, 2.9, 3.2, 3.6):
         gaps = sheets.gaps(np.array([x, 0.0]), np.array([0.0, 1.0]), -4.0, 4.0, 1e-8)
@@ -145,7 +145,7 @@ def test_two_link_example_is_solved_from_its_workspace(two_link):
 
 
 def test_stated_clearance_is_a_bound_and_close(two_link):
-    workspace, path = Workspace(two_link.maneuver), two_link.joints
+    workspace, path = two_link.maneuver.workspace, two_link.joints
     world = shapely.union_all([shapely.Polygon(block.vertices) for block in two_link.maneuver.obstacles])
     points = path.chain.joints(path.absolute(np.linspace(0, 5, 200_001)))
     near = min(float(np.min(shapely.distance(shapely.linestrings(points[:, k : k + 2]), world))) for k in (0, 1))
@@ -157,7 +157,7 @@ def test_stated_clearance_is_a_bound_and_close(two_link):
 def test_no_free_motion_beats_the_bound(two_link):
     """Motions by way of random places at random times, kept out of everything node by node."""
     rng, found = np.random.default_rng(0), []
-    (passage,) = passages(Workspace(two_link.maneuver))
+    (passage,) = passages(two_link.maneuver, two_link.maneuver.workspace)
     for _ in range(5):
         places = rng.uniform([2.4, 1.2], [3.0, 1.7], (12, 2))
         via = places[np.argmax(passage.sheets.slack(places) > 0)]
@@ -170,7 +170,7 @@ def test_no_free_motion_beats_the_bound(two_link):
 
 def test_a_path_to_an_edge_comes_in_over_its_segments():
     """Of random curves to a place on either edge each crosses a segment of the arc that it ends on."""
-    (passage,) = passages(Workspace(small()))
+    (passage,) = passages(small(), small().workspace)
     chain, rng = passage.workspace.chain, np.random.default_rng(0)
     first = np.array(passage.maneuver.start.position) - chain.base
     met = dict.fromkeys(passage.edges, 0)
@@ -421,7 +421,7 @@ def test_the_bound_knows_of_motions_through_the_base():
     d, e = np.pi - 0.6, np.pi + 0.6
     start, goal = pm.Pose(joints=(np.pi / 2 - d / 2, d)), pm.Pose(joints=(np.pi / 2 - e / 2, e))
     plan = pm.solve(pm.ArmManeuver(arm=equal_shares(), start=start, goal=goal, duration=1.0))
-    chain = Chain.of(equal_shares())
+    chain = equal_shares().chain
     way = np.hypot(*(chain.centre(np.cumsum(start.joints)) - chain.centre(np.cumsum(goal.joints))))
     assert plan.lower_bound <= 4 * way * (1 + 1e-9)
     assert plan.status == "solved"
@@ -430,7 +430,7 @@ def test_the_bound_knows_of_motions_through_the_base():
 @pytest.mark.parametrize("more", [0.0, 4e-4])
 def test_joints_do_not_jump_over_the_base(more):
     arm = pm.Arm(links=[pm.Link(length=1, mass=1), pm.Link(length=2, mass=1, com=1.5 + more)])
-    pair = Pair(*Chain.of(arm).c)
+    pair = Pair(*arm.chain.c)
     ends = [pair.angles(np.array([x, 0.0]), 1.0) for x in (1.1, -0.6)]
     poses = [pm.Pose(joints=(a, b - a)) for a, b in ends]
     plan = pm.solve(pm.ArmManeuver(arm=arm, start=poses[0], goal=poses[1], duration=1.0))
@@ -512,7 +512,7 @@ def test_derivatives_of_free_angles_are_bounded_between_knots():
     knots = np.sort(np.concatenate([[0.0, 1.0], rng.uniform(0, 1, 5)]))
     spline = CubicSpline(knots, rng.normal(size=(7, 1)), bc_type="clamped")
     arm = pm.Arm(links=[pm.Link(length=1, mass=1)] * 3)
-    path = JointPath(Chain.of(arm), None, (0, 1), 1.0, (), spline, np.zeros(3))
+    path = JointPath(arm.chain, None, (0, 1), 1.0, (), spline, np.zeros(3))
     low = np.linspace(0, 1, 8)[:-1]
     for order in (1, 2):
         bound = path._largest(low, low + 1 / 7, 0, order)
@@ -537,7 +537,7 @@ def test_an_elbow_that_turns_over_beside_its_edge_jumps():
     plan = pm.solve(task)
     assert plan.status == "solved"
     path = dataclasses.replace(plan.joints, changes=(plan.joints.changes[0] + 0.002,))
-    assert not link_clearance(Workspace(plan.maneuver), path).steady
+    assert not link_clearance(plan.maneuver.workspace, path).steady
 
 
 def test_explanations_of_arms_are_tried_out():
@@ -577,7 +577,7 @@ def test_contacts_are_where_the_arm_is_close():
     for goal in ((0.9, 0.9), (1.0, 0.7)):
         task = small(arm=arm, start=pm.Pose(tip=(1.0, -0.8), elbow="up"), goal=pm.Pose(tip=goal, elbow="up"))
         plan = pm.solve(task.model_copy(update={"obstacles": (block,), "margin": 0.02}))
-        workspace = Workspace(plan.maneuver)
+        workspace = plan.maneuver.workspace
         for t, contact in zip(plan.contact_times, plan.contacts, strict=True):
             theta = plan.joints.absolute(t)
             assert np.min(workspace.clearance(theta)) <= 0.02 + 2e-3 * workspace.size

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 import peakmin as pm
-from peakmin import api, deadline
+from peakmin import deadline
 from peakmin.programs import program  # noqa: F401  cvxpy is read before any clock runs
+from peakmin.spec.spec import read_spec
 from tests.conftest import wall_maneuver
 from tests.random_arms import task
 
@@ -27,8 +28,8 @@ PLAIN = pm.Bisection(verified=False)
 
 
 def example(name):
-    spec = api.read_spec(ROOT / "examples" / f"{name}.json")
-    return spec.maneuver if isinstance(spec, pm.Spec) else spec.asked
+    spec = read_spec(ROOT / "examples" / f"{name}.json")
+    return spec.task
 
 
 def hundred(seed):
@@ -130,7 +131,10 @@ def test_a_sweep_ends_with_the_times_that_are_done(monkeypatch):
 
 HOOKED = """
 import sys
-from peakmin import cli, least, repairs, scene
+from peakmin import cli
+from peakmin.programs import least_peak as least
+from peakmin.queries import repairs
+from peakmin.search import tree as scene
 
 def told(kind, name, what="one more"):
     before = getattr(kind, name)

@@ -323,7 +323,7 @@ def solved():
     out = []
     for spec in asked:
         read = pm.ArmSpec(**spec) if "arm" in spec else pm.Spec(**spec)
-        plan = pm.solve(read.asked if "arm" in spec else read.maneuver, read.settings)
+        plan = pm.solve(read.task, read.settings)
         out.append(json.loads(plan.to_json()))
     return out
 

@@ -13,6 +13,7 @@ SOLVES = """
 import json, sys
 from peakmin import api
 import peakmin as pm
+from peakmin.spec.spec import read_spec
 from tests.random_arms import task
 
 def written(maneuver, settings=None):
@@ -21,8 +22,8 @@ def written(maneuver, settings=None):
     print(json.dumps(data))
 
 for name in sys.argv[1:]:
-    spec = api.read_spec(f"examples/{name}.json")
-    written(spec.maneuver if isinstance(spec, pm.Spec) else spec.asked, spec.settings)
+    spec = read_spec(f"examples/{name}.json")
+    written(spec.task, spec.settings)
 for seed in (5, 20):
     written(task(seed), pm.Settings(grid=pm.Aligned(steps=40), rounds=20))
 """

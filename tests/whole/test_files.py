@@ -123,11 +123,11 @@ HOSTILE = [
 WATCHED = """
 import sys
 import peakmin as pm
-from peakmin import api
-from peakmin.model import read_file
+from peakmin.spec.reading import read_file
+from peakmin.spec.spec import read_spec
 
 def read(path):
-    for reads in (api.read_spec, pm.StudySpec.read, lambda path: pm.verify(read_file(path))):
+    for reads in (read_spec, pm.StudySpec.read, lambda path: pm.verify(read_file(path))):
         try:
             reads(path)
         except pm.SpecError as error:

@@ -23,8 +23,9 @@ from hypothesis import HealthCheck, Phase
 from hypothesis import strategies as st
 
 import peakmin as pm
-from peakmin import api, cli
+from peakmin import cli
 from peakmin.spec.reading import MOST_DEEP, MOST_KEYS, MOST_PARTS
+from peakmin.spec.spec import read_spec
 from tests.whole import strategies
 
 COUNT = int(os.environ.get("PEAKMIN_FUZZ", "400"))  # files altogether
@@ -118,7 +119,7 @@ def test_any_file_gives_one_clear_line_or_a_checked_plan(kind, part, tmp_path, r
             status, out, err = called([verb, path, "--json"])
         except TooLongError:
             assert verb in ("solve", "sweep", "budget", "compare")
-            assert (api.read_spec(path).settings.time_limit or math.inf) > 1
+            assert (read_spec(path).settings.time_limit or math.inf) > 1
             ends["stopped, as they set no time limit"] += 1
             return
         slowest = max(slowest, time.process_time() - began)

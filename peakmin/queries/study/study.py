@@ -18,7 +18,7 @@ from .table import Study, refuse
 from .workers import each, in_processes, processors, spec_hash
 
 if TYPE_CHECKING:
-    from ...spec.arm_maneuver import ArmSpec
+    from ...spec.spec import ArmSpec
 
 
 def study(
@@ -86,7 +86,7 @@ def _how_to_go_on(path: Path | None) -> str:
 
 def _rows(specs: StudySpec | Iterable[Spec | ArmSpec]) -> tuple[list[Spec | ArmSpec], list[dict[str, Any]]]:
     """The specs, and for each what varies, by path."""
-    from ...spec.arm_maneuver import ArmSpec
+    from ...spec.spec import ArmSpec
 
     if isinstance(specs, StudySpec):
         return list(specs.specs), specs.varied

@@ -22,13 +22,13 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...api import solve, spec_of
+from ...api import solve
 from ...errors import PeakminError, SpecError
 from ...spec.reading import load
-from ...spec.spec import Spec
+from ...spec.spec import Spec, spec_of
 
 if TYPE_CHECKING:
-    from ...spec.arm_maneuver import ArmSpec
+    from ...spec.spec import ArmSpec
 
 _one_at_a_time = threading.Lock()  # cvxpy does not build problems in two threads at once
 
@@ -50,7 +50,7 @@ def solved_row(text: str) -> dict[str, Any]:
     try:
         asked = spec_of(load(text))
         with _one_at_a_time, shared():
-            plan = solve(asked.maneuver if isinstance(asked, Spec) else asked.asked, asked.settings)
+            plan = solve(asked.task, asked.settings)
     except Exception as error:
         said = str(error) if isinstance(error, PeakminError) else f"{type(error).__name__}: {error}"
         return failed(said, time.perf_counter() - began)
