@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,6 +14,7 @@ from .bounds import Leaf, lower_bound, out_of_order
 from .descent import descend, elsewhere, unhindered
 from .double_integrator import PointMass
 from .extremal import APART, Extremal, ascend, extremal, far_apart, least_energy
+from .frontier import Frontier
 from .nodal import Nodal
 from .saddle import saddle
 
@@ -83,7 +82,6 @@ def least_over_times(
     if math.isfinite(enough) and (bound := root.bound(mass)) >= enough:
         return Certificate([root], min(bound, first.upper), first, at, 1, first.upper * (1 - gap) <= bound)
     best, at = descend(mass, first, at, until)
-    serial = itertools.count()
     root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers, tuple(at.tolist()))
     bound = root.bound(mass)
     size, nodes, begun = np.hypot(*best.multipliers.T), 1, [root]
@@ -103,12 +101,11 @@ def least_over_times(
                 begun, own = other, proved
     if start is None and min(own) < (1 - gap) * best.upper:
         best, at = elsewhere(mass, best, at, until)
-    waiting = [(x, next(serial), leaf, leaf.multipliers, x) for x, leaf in zip(own, begun, strict=True)]
-    heapq.heapify(waiting)
-    while q and waiting[0][0] < min((1 - gap) * best.upper, enough) and best.upper > 0:
-        if nodes >= node_limit or over(until) or max(np.subtract(waiting[0][2].high, waiting[0][2].low)) < APART:
+    waiting = Frontier((x, (leaf, leaf.multipliers, x)) for x, leaf in zip(own, begun, strict=True))
+    while q and waiting.lowest < min((1 - gap) * best.upper, enough) and best.upper > 0:
+        if nodes >= node_limit or over(until) or max(np.subtract(waiting.first[0].high, waiting.first[0].low)) < APART:
             break
-        bound, _, leaf, optimal, _ = heapq.heappop(waiting)
+        bound, (leaf, optimal, _) = waiting.pop()
         for low, high in halves(leaf.low, leaf.high, optimal):
             if out_of_order(low, high):
                 continue
@@ -119,11 +116,11 @@ def least_over_times(
                     best, at = descend(mass, found, there, until)
             # what holds for the parent's box holds for its half
             likely = max(search.bound, bound)
-            heapq.heappush(waiting, (likely, next(serial), search.leaf, search.optimal, search.bound))
+            waiting.push(likely, (search.leaf, search.optimal, search.bound))
         if progress:
             progress(nodes, nodes + len(waiting))
-    leaves = [leaf for _, _, leaf, _, _ in waiting]
-    lower = min(x for *_, x in waiting)  # what each proves by itself
+    leaves = [leaf for leaf, *_ in waiting.items]
+    lower = min(proved for *_, proved in waiting.items)  # what each proves by itself
     complete = best.upper == 0 or lower >= (1 - gap) * best.upper
     return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
 
