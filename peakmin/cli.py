@@ -23,6 +23,7 @@ from .errors import PeakminError, SpecError
 from .spec.reading import load, named, of_kind, read_file
 from .spec.spec import Spec, read_spec, schema
 from .view import output, words
+from .view.streams import answer, aside, only_answers
 
 if TYPE_CHECKING:
     from .plan.arm_plan import ArmPlan
@@ -42,6 +43,7 @@ Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Write pl
 
 
 @app.command("solve")
+@only_answers()
 def solve_command(
     spec: SpecFile,
     as_json: Json = False,
@@ -65,16 +67,17 @@ def solve_command(
             output.write_plan(plan, out, gif)
         if report:
             output.write_report(plan, report, spec.stem)
-        print(plan.to_json(indent=2) if as_json else _described(plan))
+        answer(plan.to_json(indent=2) if as_json else _described(plan))
         _say_where(as_json, out, report)
         if plan.status == "infeasible" and not as_json and not stopped.is_set():
             with output.bar("explain"):
                 why = plan.explanation
-            print(why)
+            answer(str(why))
     _end(plan.status, stopped, words.so_far(plan))
 
 
 @app.command("explain")
+@only_answers()
 def explain_command(spec: SpecFile, as_json: Json = False) -> None:
     """Why a spec is proved infeasible: which entries conflict, and the smallest changes that were solved."""
     asked = read_spec(spec)
@@ -83,13 +86,14 @@ def explain_command(spec: SpecFile, as_json: Json = False) -> None:
         with output.bar("explain"):
             why = plan.explanation
     if as_json:
-        print(json.dumps({"status": plan.status, "explanation": None if why is None else why.document()}, indent=2))
+        answer(json.dumps({"status": plan.status, "explanation": None if why is None else why.document()}, indent=2))
     else:
-        print(f"{plan.status}: " + ("nothing to explain" if why is None else str(why)))
+        answer(f"{plan.status}: " + ("nothing to explain" if why is None else str(why)))
     _end(plan.status, stopped, words.so_far(plan))
 
 
 @app.command("compare")
+@only_answers()
 def compare_command(spec: SpecFile, as_json: Json = False) -> None:
     """An arm's least peak beside the same move by joint quintics, minimum jerk and a smooth path."""
     asked = read_spec(spec)
@@ -101,10 +105,11 @@ def compare_command(spec: SpecFile, as_json: Json = False) -> None:
     with output.bar("compare") as progress:
         plan = terminal.solved(asked, progress)
     rows = compare(plan)
-    print(json.dumps([terminal.plain(row) for row in rows], indent=2) if as_json else table(rows))
+    answer(json.dumps([terminal.plain(row) for row in rows], indent=2) if as_json else table(rows))
 
 
 @app.command("simulate")
+@only_answers()
 def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
     """Drive the simulated arm (MuJoCo, gravity off) along a plan and print planned and simulated peak base force."""
     from .plan.arm_plan import ArmPlan
@@ -122,11 +127,12 @@ def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
             raise SpecError("digest: was that of another text, must be as it was written (`peakmin verify` tells more)")
         asked = ArmPlan.from_json(text)
     found = simulate(asked)
-    print(json.dumps(terminal.numbers(found), indent=2) if as_json else terminal.felt(found))
+    answer(json.dumps(terminal.numbers(found), indent=2) if as_json else terminal.felt(found))
     raise typer.Exit(0 if found.agrees else EXIT["unknown"])
 
 
 @app.command("sweep")
+@only_answers()
 def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
     """The least M at every obstacle time of a sweep (the paper's outer loop)."""
     asked = Spec.read(spec)
@@ -141,12 +147,13 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
         files.write(out / "sweep.csv", found.to_csv())
         if found.obstacle_times.ndim == 1:
             output.save(out / "sweep.png", found)
-    print(found.to_json(indent=2) if as_json else words.table(found))
+    answer(found.to_json(indent=2) if as_json else words.table(found))
     _say_where(as_json, out)
     _end(found.best.status, stopped, words.done(found))
 
 
 @app.command("budget")
+@only_answers()
 def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
     """What the polygon, the grid, the tolerance and the obstacle times each cost, adding up to the whole error."""
     asked = Spec.read(spec)
@@ -157,11 +164,12 @@ def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> No
     if out:
         output.save(out / "budget.png", errors)
         files.write(out / "budget.json", json.dumps(vars(errors), indent=2) + "\n")
-    print(json.dumps(vars(errors), indent=2) if as_json else errors.table())
+    answer(json.dumps(vars(errors), indent=2) if as_json else errors.table())
     _say_where(as_json, out)
 
 
 @app.command("study")
+@only_answers()
 def study_command(
     study_file: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file (JSON): base, grid, zip.")],
     as_json: Json = False,
@@ -183,13 +191,14 @@ def study_command(
         with output.bar("study") as progress:
             found = study(asked, store=store, workers=workers, progress=progress)
     except KeyboardInterrupt as stopped:
-        print(f"peakmin: stopped, {stopped}", file=sys.stderr)
+        aside(f"peakmin: stopped, {stopped}")
         sys.exit(STOPPED)
-    print(found.to_json(indent=2) if as_json else f"{words.rows(found)}\nwrote {store}")
+    answer(found.to_json(indent=2) if as_json else f"{words.rows(found)}\nwrote {store}")
     raise typer.Exit(0 if found.answered else EXIT["unknown"])
 
 
 @app.command("verify")
+@only_answers()
 def verify_command(plan: PlanFile, as_json: Json = False) -> None:
     """Compute anew everything that a plan file states, from the file alone; exit status 4 if any of it is not so."""
     with named(plan):
@@ -204,17 +213,18 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
     stated = found.plan
     if as_json:
         numbers = {"peak": stated.peak, "lower_bound": found.lower_bound, "gap": stated.gap, "scope": stated.scope}
-        print(json.dumps({"verified": found.passed, **numbers, "problems": list(found.problems)}, indent=2))
+        answer(json.dumps({"verified": found.passed, **numbers, "problems": list(found.problems)}, indent=2))
     else:
         for problem in found.problems:
-            print(f"  {words.one_line(problem)}")
-        print("verified" if found.passed else "NOT so; what is stated:")
+            answer(f"  {words.one_line(problem)}")
+        answer("verified" if found.passed else "NOT so; what is stated:")
         with np.errstate(all="ignore"):
-            print(words.facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
+            answer(words.facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
     raise typer.Exit(0 if found.passed else EXIT["unknown"])
 
 
 @app.command("paper")
+@only_answers()
 def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
     """Table 1 and the figures of the paper, computed anew; exit status 1 if a printed digit differs."""
     from . import paper
@@ -224,15 +234,16 @@ def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
     output.headless()
     made = paper.figures(result, out) if out else []
     if as_json:
-        print(json.dumps(result.document(), indent=2, allow_nan=False))
+        answer(json.dumps(result.document(), indent=2, allow_nan=False))
     else:
-        print(paper.text(result), end="")
+        answer(paper.text(result), end="")
         for file in made:
-            print(f"wrote {file}")
+            answer(f"wrote {file}")
     raise typer.Exit(0 if result.agrees else DIFFERS)
 
 
 @app.command("schema")
+@only_answers()
 def schema_command(
     arm: Annotated[bool, typer.Option("--arm", help="Of a spec file with an arm.")] = False,
     study: Annotated[bool, typer.Option("--study", help="Of a study file.")] = False,
@@ -241,13 +252,13 @@ def schema_command(
     if study:
         from .spec.study import StudySpec
 
-        print(json.dumps(StudySpec.model_json_schema(), indent=2))
+        answer(json.dumps(StudySpec.model_json_schema(), indent=2))
     elif arm:
         from .spec.spec import ArmSpec
 
-        print(json.dumps(ArmSpec.model_json_schema(), indent=2))
+        answer(json.dumps(ArmSpec.model_json_schema(), indent=2))
     else:
-        print(json.dumps(schema(), indent=2))
+        answer(json.dumps(schema(), indent=2))
 
 
 def _solved(asked: Spec | ArmSpec, name: str) -> Plan | ArmPlan:
@@ -270,13 +281,13 @@ def _described(plan: Plan | ArmPlan) -> str:
 def _say_where(as_json: bool, *places: Path | None) -> None:
     """Under an answer, where its files are."""
     if any(places) and not as_json:
-        print("wrote " + ", ".join(words.one_line(str(place)) for place in places if place))
+        answer("wrote " + ", ".join(words.one_line(str(place)) for place in places if place))
 
 
 def _end(status: Status, stopped: threading.Event, so_far: str) -> NoReturn:
     """The exit status, after Ctrl-C with a line on how far this came."""
     if stopped.is_set():
-        print(f"peakmin: stopped, {so_far}", file=sys.stderr)
+        aside(f"peakmin: stopped, {so_far}")
         sys.exit(STOPPED)
     raise typer.Exit(EXIT[status])
 
@@ -287,14 +298,14 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     try:
         status = app(args=arguments or ["--help"], prog_name="peakmin", standalone_mode=False) or 0
         if status == STOPPED:  # Ctrl-C where nothing was said of it
-            print("peakmin: stopped", file=sys.stderr)
+            aside("peakmin: stopped")
         sys.exit(status)
     except PeakminError as error:
-        print(f"peakmin: {words.one_line(str(error))}", file=sys.stderr)
+        aside(f"peakmin: {words.one_line(str(error))}")
     except TyperException as error:
         message = getattr(error, "format_message", error.__str__)()
-        print(f"peakmin: {words.one_line(' '.join(message.split()))}", file=sys.stderr)
+        aside(f"peakmin: {words.one_line(' '.join(message.split()))}")
     except typer.Abort:
-        print("peakmin: stopped", file=sys.stderr)
+        aside("peakmin: stopped")
         sys.exit(STOPPED)
     sys.exit(BAD_INPUT)

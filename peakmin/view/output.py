@@ -74,7 +74,7 @@ def headless() -> None:
 @contextmanager
 def bar(name: str) -> Iterator[Progress | None]:
     """A bar on stderr when that is a terminal, nothing otherwise."""
-    if not sys.stderr.isatty():
+    if sys.stderr is None or not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console

@@ -132,9 +132,9 @@ def test_a_sweep_ends_with_the_times_that_are_done(monkeypatch):
 HOOKED = """
 import sys
 from peakmin import cli
-from peakmin.programs import least_peak as least
+from peakmin.programs import least_peak
 from peakmin.queries import repairs
-from peakmin.search import tree as scene
+from peakmin.search import tree
 
 def told(kind, name, what="one more"):
     before = getattr(kind, name)
@@ -144,8 +144,8 @@ def told(kind, name, what="one more"):
         return found
     setattr(kind, name, after)
 
-told(least.LeastPeak, "__call__")
-told(scene.Search, "_solve")
+told(least_peak.LeastPeak, "__call__")
+told(tree.Search, "_solve")
 told(repairs.Repair, "__init__", "one more repair")
 cli.main()
 """
