@@ -140,7 +140,7 @@ def told(kind, name, what="one more"):
     before = getattr(kind, name)
     def after(self, *args, **options):
         found = before(self, *args, **options)
-        print(what, flush=True)
+        print(what, file=sys.stderr, flush=True)
         return found
     setattr(kind, name, after)
 
@@ -160,7 +160,7 @@ def begun(tmp_path, command, spec, steps, *options, what="one more"):
                                stderr=subprocess.PIPE, text=True, env=environment)  # fmt: skip
     done = 0
     while done < steps:
-        line = process.stdout.readline()
+        line = process.stderr.readline()
         assert line, "it came to its end before"
         done += line == f"{what}\n"
     return process
@@ -168,7 +168,7 @@ def begun(tmp_path, command, spec, steps, *options, what="one more"):
 
 def ended(process):
     out, err = process.communicate(timeout=60)
-    return "\n".join(line for line in out.splitlines() if not line.startswith("one more")), err
+    return out, "".join(line for line in err.splitlines(keepends=True) if not line.startswith("one more"))
 
 
 LONG = pm.Spec(
