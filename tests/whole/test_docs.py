@@ -9,6 +9,7 @@ import doctest
 import functools
 import io
 import re
+import runpy
 import shlex
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -118,6 +119,22 @@ def test_links_lead_somewhere(page):
         assert target.is_relative_to(ROOT), place
         assert target.exists(), place
         assert not anchor or anchor in anchors(target), f"{place}#{anchor}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_files_and_names_of_the_code_are_there(page):
+    text = page.read_text()
+    for file in re.findall(r"`((?:\w+/)*\w+\.py)`", text):
+        assert any((place / file).exists() for place in (ROOT, ROOT / "peakmin", ROOT / "tests")), file
+    if page.stem == "method":  # its names in `code` are places in the package
+        code = "\n".join(file.read_text() for file in (ROOT / "peakmin").rglob("*.py"))
+        for name in re.findall(r"`([A-Za-z]+(?:_[a-z]+)*(?:\.[a-z]+)?)`", FENCED.sub("", text)):
+            assert name == "code" or all(re.search(rf"\b{part}\b", code) for part in name.split(".")), name
+
+
+def test_the_house_is_drawn_from_the_code():
+    drawn = runpy.run_path(str(ROOT / "docs" / "house.py"))["drawn"]
+    assert (ROOT / "docs" / "house.svg").read_text() == drawn(), "run `python docs/house.py`"
 
 
 def anchors(page):
