@@ -15,6 +15,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
 
+import matplotlib.pyplot as plt
 import pytest
 
 import peakmin as pm
@@ -26,6 +27,7 @@ FENCED = re.compile(r"^```(.*)\n((?:.*\n)*?)```$", re.MULTILINE)
 STATUS = re.compile(r"#.*exit status (\d+)")
 LINK = re.compile(r"\]\((?!https?:)([^)#\s]*)(?:#([^)\s]+))?\)")
 DEFAULT = pm.Settings()
+EXTRAS = {"arms": ["mujoco"], "studies": ["distributed", "pyarrow"]}
 STAND_INS = {  # for what a test has not
     'Client("tcp://scheduler:8786")': "Client(processes=False, dashboard_address=None)",
 }
@@ -88,6 +90,8 @@ def terminal(example, page, capsys):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_the_examples_print_what_the_page_says(page, tmp_path, monkeypatch, capsys):
+    for extra in EXTRAS.get(page.stem, []):
+        pytest.importorskip(extra)
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)
     # what one example has solved the next takes as it is: several commands are shown on one spec
@@ -110,6 +114,9 @@ def test_the_examples_print_what_the_page_says(page, tmp_path, monkeypatch, caps
             wanted = example.printed or ""
             same = doctest.OutputChecker().check_output(wanted, printed, doctest.ELLIPSIS)
             assert same, f"{page.name}:{example.line}:\n{example.code}\nprinted\n{printed}\nnot\n{wanted}"
+    plt.close("all")
+    if "client" in namespace:
+        namespace["client"].close()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
