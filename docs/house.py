@@ -17,7 +17,7 @@ import grimp
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "peakmin"
 FLOORS = ("roof", "view", "queries", "search", "plan", "scenes", "programs", "proofs", "spec", "robots", "geometry")
-GROUND = ("types", "errors", "deadline", "files")
+GROUND = ("types", "errors", "deadline", "files", "byname")
 LIBRARIES = {"shapely": "polygons", "cvxpy": "and its solvers", "matplotlib": "figures"}
 WALLS = (  # who takes nothing from where
     (("plan", "scenes", "proofs"), ("search", "programs")),
@@ -65,12 +65,8 @@ def imports() -> set[tuple[str, str]]:
 def words(floor: str) -> list[str]:
     """What a floor is, in its own words: two lines at most."""
     if floor in ("roof", "ground"):
-        own = (
-            GROUND
-            if floor == "ground"
-            else sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem not in GROUND)
-        )
-        return [", ".join(name for name in own if not name.startswith("_"))]
+        there = sorted(path.stem for path in PACKAGE.glob("[!_]*.py"))
+        return [", ".join(name for name in there if (name in GROUND) == (floor == "ground"))]
     text = ast.get_docstring(ast.parse((PACKAGE / floor / "__init__.py").read_text())) or ""
     return textwrap.wrap(text.split("\n\n")[0], 56)[:2]
 
