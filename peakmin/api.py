@@ -18,15 +18,29 @@ from .types import Progress
 if TYPE_CHECKING:
     from .plan.arm_plan import ArmPlan
     from .plan.plan import Plan
+    from .programs.compiled import Programs
     from .spec.arm import ArmManeuver
 
 
 @overload
-def solve(maneuver: Maneuver, settings: Settings | None = ..., progress: Progress | None = ...) -> Plan: ...
-@overload
-def solve(maneuver: ArmManeuver, settings: Settings | None = ..., progress: Progress | None = ...) -> ArmPlan: ...
 def solve(
-    maneuver: Maneuver | ArmManeuver, settings: Settings | None = None, progress: Progress | None = None
+    maneuver: Maneuver,
+    settings: Settings | None = ...,
+    progress: Progress | None = ...,
+    programs: Programs | None = ...,
+) -> Plan: ...
+@overload
+def solve(
+    maneuver: ArmManeuver,
+    settings: Settings | None = ...,
+    progress: Progress | None = ...,
+    programs: Programs | None = ...,
+) -> ArmPlan: ...
+def solve(
+    maneuver: Maneuver | ArmManeuver,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+    programs: Programs | None = None,
 ) -> Plan | ArmPlan:
     """The maneuver of least peak base reaction force, with its proof.
 
@@ -34,6 +48,7 @@ def solve(
         maneuver: what to do: of a centre of mass, or of an arm in its workspace.
         settings: how; default an exact disc, 200 aligned holds, M as a variable, a global search to a gap of 1e-6.
         progress: called with (done, total).
+        programs: where compiled programs are taken from; default a place of its own.
 
     Raises:
         SpecError: when the settings do not fit the maneuver.
@@ -43,8 +58,8 @@ def solve(
     if isinstance(maneuver, ArmManeuver):
         from .search.solve_arm import solve_arm
 
-        return solve_arm(maneuver, settings, progress)
-    return solve_point(maneuver, settings, progress)
+        return solve_arm(maneuver, settings, progress, programs)
+    return solve_point(maneuver, settings, progress, programs)
 
 
 def explain(maneuver: Maneuver | ArmManeuver, settings: Settings | None = None) -> Explanation | None:

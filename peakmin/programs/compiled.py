@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from types import TracebackType
+from typing import TYPE_CHECKING, Self, TypeVar
 
 from ..spec.control_set import Disc, Polygon
 from ..spec.maneuver import Maneuver
@@ -28,10 +26,20 @@ class Count:
 
 
 class Programs:
-    """The programs of one thread; those used last are kept."""
+    """The programs of one thread, whose solves are handed them one after the other; those used last are kept.
+
+    `with` them: what was interrupted inside is not used again.
+    """
 
     def __init__(self) -> None:
         self._kept: dict[object, DirectProgram | FeasibilityProgram] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if kind is not None:
+            self._kept.clear()
 
     def take(
         self, kind: type[P], maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned, count: Count
@@ -54,29 +62,3 @@ class Programs:
         if len(self._kept) > MOST:
             del self._kept[next(iter(self._kept))]
         return program
-
-
-class _Here(threading.local):
-    lasting: Programs | None = None
-    shared = False
-
-
-_here = _Here()
-
-
-@contextmanager
-def shared() -> Iterator[None]:
-    """Inside, all solves of this thread take their programs from one place, which the next time finds them again."""
-    _here.lasting, _here.shared = _here.lasting or Programs(), True
-    try:
-        yield
-    except BaseException:
-        _here.lasting = None  # what was interrupted is not used again
-        raise
-    finally:
-        _here.shared = False
-
-
-def programs() -> Programs:
-    """Where a new `LeastPeak` takes its programs from: a place of its own, or the shared one."""
-    return _here.lasting if _here.shared and _here.lasting is not None else Programs()

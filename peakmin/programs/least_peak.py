@@ -16,13 +16,19 @@ from ..spec.maneuver import Maneuver
 from ..spec.settings import Aligned, Bisection, Exact, Settings
 from ..types import Array
 from .bisection import bisect, direct
-from .compiled import Count, programs
+from .compiled import Count, Programs
 
 COARSE = 100  # holds per segment of the program that proposes multipliers to the exact method
 
 
 class LeastPeak:
-    """M(T_obs) of one maneuver for one circle and grid: programs compiled once, answers remembered."""
+    """M(T_obs) of one maneuver for one circle and grid: programs compiled once, answers remembered.
+
+    Args:
+        circle: in place of the settings' own.
+        until: a deadline.
+        programs: where programs are taken from; default a place of its own.
+    """
 
     def __init__(
         self,
@@ -30,11 +36,12 @@ class LeastPeak:
         settings: Settings,
         circle: Disc | Polygon | None = None,
         until: float = math.inf,
+        programs: Programs | None = None,
     ) -> None:
         self.maneuver, self.settings, self.until = maneuver, settings, until
         self.mass = PointMass.of(maneuver)
         self.count = Count()
-        self._programs = programs()
+        self._programs = programs or Programs()
         shape = (circle or settings.circle).facing(Frame.from_maneuver(maneuver).angle)
         self._arguments = (maneuver, shape, settings.grid)
         self._known: dict[bytes, Bracket] = {}

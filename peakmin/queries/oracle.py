@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import SpecError
 from ..plan.plan import Plan
-from ..programs.compiled import shared
+from ..programs.compiled import Programs
 from ..programs.least_peak import LeastPeak
 from ..proofs.batch import extremals
 from ..proofs.bracket import Bracket
@@ -65,6 +66,13 @@ class Peaks:
         return f"Peaks({np.count_nonzero(self.solved)} of {len(self.peak)} solved, peak={self.peak})"
 
 
+class _OfThread(threading.local):
+    """What every thread has for itself."""
+
+    def __init__(self) -> None:
+        self.programs = Programs()
+
+
 class PeakOracle:
     """Answers "how large must the peak be?" in a loop, every answer with its bound.
 
@@ -85,6 +93,10 @@ class PeakOracle:
     def __init__(self, maneuver: Maneuver, settings: Settings | None = None) -> None:
         self.maneuver, self.settings = maneuver, settings or Settings(method=Exact())
         refuse_unfit(self.maneuver, self.settings)
+        self._own = _OfThread()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return PeakOracle, (self.maneuver, self.settings)  # programs stay with their thread
 
     def plan(
         self,
@@ -103,8 +115,8 @@ class PeakOracle:
         Raises:
             SpecError: when a number is wrong, in one line.
         """
-        with shared():
-            return solve(self.query(start, goal, duration, walls), self.settings)
+        with self._own.programs as programs:
+            return solve(self.query(start, goal, duration, walls), self.settings, programs=programs)
 
     def query(
         self,
@@ -197,8 +209,8 @@ class PeakOracle:
     def _answer(self, maneuver: Maneuver, times: Array | None) -> Answer:
         """Peak, bound, whether solved, obstacle times and multipliers."""
         if times is None:
-            with shared():
-                plan = solve(maneuver, self.settings)
+            with self._own.programs as programs:
+                plan = solve(maneuver, self.settings, programs=programs)
             peak = plan.peak if plan.status == "solved" else math.inf
             return peak, plan.lower_bound, plan.status == "solved", plan.obstacle_times, plan.multipliers
         placed, bracket, unit = self._at(maneuver, times)
@@ -225,8 +237,8 @@ class PeakOracle:
     def _at(self, maneuver: Maneuver, times: Array) -> tuple[Array, Bracket, float]:
         """Times as the grid places them [s], the bracket there [scaled] and the unit of its ends [m/s^2]."""
         _refuse(maneuver, times)
-        with shared():
-            least = LeastPeak(maneuver, self.settings)
+        with self._own.programs as programs:
+            least = LeastPeak(maneuver, self.settings, programs=programs)
             return least.place(times) * least.mass.time, least(times), least.mass.unit
 
     def _walls(self, walls: list[Wall] | ArrayLike) -> tuple[object, ...]:

@@ -17,6 +17,7 @@ from scipy.optimize import minimize
 from ..deadline import OverError, over
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Made, peak_of
+from ..programs.compiled import Programs
 from ..programs.least_peak import LeastPeak
 from ..proofs.branch_and_bound import least_over_times
 from ..proofs.double_integrator import PointMass
@@ -35,13 +36,20 @@ WEIGHTS = (0.0, 1e2, 1e4)  # of what is not kept, round by round; relative to th
 ROOM = 0.005  # of the arm: a clearance below which it counts as not kept
 
 
-def redundant(asked: ArmManeuver, workspace: Workspace, settings: Settings, began: float, until: float) -> ArmPlan:
+def redundant(
+    asked: ArmManeuver,
+    workspace: Workspace,
+    settings: Settings,
+    began: float,
+    until: float,
+    programs: Programs | None = None,
+) -> ArmPlan:
     """The plan of an arm of at least three links; "unknown" where the links cannot be kept clear on this path."""
     passage = passages(asked, workspace)[0]
     mass = PointMass.of(passage.maneuver)
     found = least_over_times(mass, 1e-6)
     proof = ArmProof((PassageProof(passage.indices, None, (), Branch(tuple(found.leaves))),))
-    least = LeastPeak(passage.maneuver, settings, until=until)
+    least = LeastPeak(passage.maneuver, settings, until=until, programs=programs)
     bracket, motion = least(np.zeros(0)), least.motion(np.zeros(0))
     path, peak = None, np.inf
     pair = steadiest(workspace.chain, *passage.theta)

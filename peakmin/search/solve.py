@@ -13,6 +13,7 @@ from ..deadline import after, over, part
 from ..errors import SpecError
 from ..geometry.frame import Frame
 from ..plan.plan import Plan, from_bracket, peak_of
+from ..programs.compiled import Count, Programs
 from ..programs.least_peak import LeastPeak
 from ..proofs.bounds import Proof
 from ..proofs.branch_and_bound import least_over_times
@@ -31,13 +32,19 @@ FINEST = 1e-4  # of the duration: `refine` stops here (an aligned M(T_obs) is fl
 NEARBY = 1 / 64  # of the duration: where a polygon's or a uniform grid's best times are looked for
 
 
-def solve(maneuver: Maneuver, settings: Settings | None = None, progress: Progress | None = None) -> Plan:
+def solve(
+    maneuver: Maneuver,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+    programs: Programs | None = None,
+) -> Plan:
     """The maneuver of least peak base reaction force, with its proof.
 
     Args:
         maneuver: what to do.
         settings: how; default an exact disc, 200 aligned holds, M as a variable, a global search to a gap of 1e-6.
         progress: called with (done, total).
+        programs: where compiled programs are taken from; default a place of its own.
 
     Raises:
         SpecError: when the settings do not fit the maneuver.
@@ -46,20 +53,22 @@ def solve(maneuver: Maneuver, settings: Settings | None = None, progress: Progre
     refuse_unfit(maneuver, settings)
     until = after(settings.time_limit)
     if maneuver.blocks:
-        return _past_blocks(maneuver, settings, progress, until)
+        return _past_blocks(maneuver, settings, progress, until, programs)
     if isinstance(settings.search, GlobalSearch):
-        return _keeping(_global(maneuver, settings, progress, until), until)
+        return _keeping(_global(maneuver, settings, progress, until, programs), until)
     if isinstance(settings.search, RefineSearch):
-        return _refine(maneuver, settings, progress)
-    return sweep(maneuver, settings, progress=progress).best
+        return _refine(maneuver, settings, progress, programs)
+    return sweep(maneuver, settings, progress=progress, programs=programs).best
 
 
-def _global(maneuver: Maneuver, settings: Settings, progress: Progress | None, until: float) -> Plan:
+def _global(
+    maneuver: Maneuver, settings: Settings, progress: Progress | None, until: float, programs: Programs | None
+) -> Plan:
     """Branch and bound in continuous time, then the settings' own control at (or near) the best times."""
     began = time.perf_counter()
     assert isinstance(settings.search, GlobalSearch)
     mass = PointMass.of(maneuver)
-    least = LeastPeak(maneuver.past(maneuver.walls), settings, until=until)
+    least = LeastPeak(maneuver.past(maneuver.walls), settings, until=until, programs=programs)
     same = isinstance(settings.method, Exact) or (
         isinstance(settings.circle, Disc) and not isinstance(settings.grid, Uniform)
     )
@@ -72,7 +81,9 @@ def _global(maneuver: Maneuver, settings: Settings, progress: Progress | None, u
     return plan_at(least, times, began, nodes=found.nodes, proof=proof, of=maneuver)
 
 
-def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | None, until: float) -> Plan:
+def _past_blocks(
+    maneuver: Maneuver, settings: Settings, progress: Progress | None, until: float, programs: Programs | None
+) -> Plan:
     """The search over the ways in continuous time, then the settings' own control past the walls that it put up.
 
     A held control bends a little otherwise than the one that was proved free: its walls are raised until it is free.
@@ -91,7 +102,7 @@ def _past_blocks(maneuver: Maneuver, settings: Settings, progress: Progress | No
     lift, past = free.lift, free.past
     times = free.times * maneuver.duration
     for _ in range(LIFTS):
-        least = LeastPeak(past, settings, until=until)
+        least = LeastPeak(past, settings, until=until, programs=programs)
         motion = least.motion(times)
         if motion is None or found.best is None or over(until):
             break
@@ -112,7 +123,6 @@ def _keeping(plan: Plan, until: float, cells: Cells | None = None, way: Way = ()
     """The plan, or where its path leaves the region, goes too fast or meets a wall again, one that does not."""
     if plan.status != "unknown" or plan.trajectory is None or plan.keeping().passed(plan.maneuver):
         return plan
-    from ..programs.compiled import Count
     from .held import KeptProgram
 
     began, count = time.perf_counter(), Count()
@@ -131,18 +141,18 @@ def _keeping(plan: Plan, until: float, cells: Cells | None = None, way: Way = ()
     return from_bracket(plan.maneuver, plan.settings, times, bracket, motion, plan.proof, made, plan.walls)
 
 
-def _refine(maneuver: Maneuver, settings: Settings, progress: Progress | None) -> Plan:
+def _refine(maneuver: Maneuver, settings: Settings, progress: Progress | None, programs: Programs | None) -> Plan:
     """A sweep with n = 1 over the whole duration (the paper's good initial guess), then closer with the real circle."""
     began = time.perf_counter()
     assert isinstance(settings.search, RefineSearch)
     walls, count = len(maneuver.walls), settings.search.count
     until = after(settings.time_limit)
-    least = LeastPeak(maneuver, settings, until=until)
+    least = LeastPeak(maneuver, settings, until=until, programs=programs)
     if not walls:
         return plan_at(least, np.zeros(0), began)
     coarse_solver = settings.solver if settings.solver in SOLVERS["polygon"] else "CLARABEL"
     coarse_settings = settings.model_copy(update={"method": Direct(), "solver": coarse_solver})
-    coarse = LeastPeak(maneuver, coarse_settings, circle=Polygon(segments=1), until=until)
+    coarse = LeastPeak(maneuver, coarse_settings, circle=Polygon(segments=1), until=until, programs=programs)
     spacing = maneuver.duration / (count + 1)
     points = list(itertools.combinations(spacing * np.arange(1, count + 1), walls))
     ends: list[float] = []

@@ -12,6 +12,7 @@ from ..deadline import after, over, part
 from ..geometry.frame import Frame
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Made, peak_of
+from ..programs.compiled import Programs
 from ..programs.least_peak import LeastPeak
 from ..robots.workspace import Workspace
 from ..scenes.passages import passages
@@ -26,13 +27,19 @@ from .finish import finished
 from .redundant import redundant
 
 
-def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress: Progress | None = None) -> ArmPlan:
+def solve_arm(
+    maneuver: ArmManeuver,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+    programs: Programs | None = None,
+) -> ArmPlan:
     """The motion of least peak base reaction force of an arm, with its proof.
 
     Args:
         maneuver: the arm, its poses, its obstacles.
         settings: as for `solve`; the search must be global.
         progress: called with (done, total).
+        programs: where compiled programs are taken from; default a place of its own.
 
     Raises:
         SpecError: when the settings do not fit.
@@ -42,12 +49,12 @@ def solve_arm(maneuver: ArmManeuver, settings: Settings | None = None, progress:
     began, until, workspace = time.perf_counter(), after(settings.time_limit), maneuver.workspace
     assert isinstance(settings.search, GlobalSearch)
     if workspace.chain.links > 2:
-        return redundant(maneuver, workspace, settings, began, until)
+        return redundant(maneuver, workspace, settings, began, until, programs)
     from ..programs import program  # noqa: F401  cvxpy takes a second to import, which is the search's
 
     search = ArmSearch(maneuver, workspace, settings.search.gap, settings.node_limit, part(until))
     found = search.run(settings.rounds, progress)
-    plans = [_kept(workspace, settings, found, began, until)]
+    plans = [_kept(workspace, settings, found, began, until, programs)]
     plans += [_steered(workspace, settings, found, one, began, until) for one in (found.steered, found.turned)]
     made = [plan for plan in plans if plan is not None]
     if made:
@@ -70,7 +77,9 @@ def _made(settings: Settings, found: Found, began: float, least: LeastPeak | Non
     )
 
 
-def _kept(workspace: Workspace, settings: Settings, found: Found, began: float, until: float) -> ArmPlan | None:
+def _kept(
+    workspace: Workspace, settings: Settings, found: Found, began: float, until: float, programs: Programs | None
+) -> ArmPlan | None:
     """The settings' control along the best order of gaps, these narrowed until it is free; None where there is none."""
     best: Candidate | None = found.best or found.nearest
     if best is None:
@@ -78,7 +87,7 @@ def _kept(workspace: Workspace, settings: Settings, found: Found, began: float, 
     passage, past, lift = best.passage, best.past, best.lift
     plan: ArmPlan | None = None
     for _ in range(LIFTS if found.best else 1):
-        least = LeastPeak(past, settings, until=until)
+        least = LeastPeak(past, settings, until=until, programs=programs)
         times = best.times * past.duration
         bracket, motion = least(times), least.motion(times)
         if motion is None:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ..deadline import after, over
 from ..errors import SpecError
 from ..plan.plan import Made, Plan, from_bracket, peak_of
+from ..programs.compiled import Programs
 from ..programs.least_peak import LeastPeak
 from ..proofs.bounds import Proof
 from ..scenes.blocks import WaysProof
@@ -92,6 +93,7 @@ def sweep(
     settings: Settings | None = None,
     times: ArrayLike | None = None,
     progress: Progress | None = None,
+    programs: Programs | None = None,
 ) -> Sweep:
     """The least M at every obstacle time of a sweep (the paper's outer loop): one compilation, then re-solves.
 
@@ -102,6 +104,7 @@ def sweep(
         settings: `search` gives start, stop and count; anything but a sweep means the default 18 times.
         times: obstacle times [s] to use instead, shape (points,) or (points, q).
         progress: called with (done, total) after every point.
+        programs: where compiled programs are taken from; default a place of its own.
 
     Raises:
         SpecError: when the settings or times do not fit the maneuver.
@@ -123,7 +126,7 @@ def sweep(
     points = points.reshape(-1, walls) if walls else np.zeros((1, 0))
     _refuse(points, maneuver)
     until = after(settings.time_limit)
-    least = LeastPeak(maneuver, settings, until=until)
+    least = LeastPeak(maneuver, settings, until=until, programs=programs)
     brackets = []
     for done, point in enumerate(points, 1):
         brackets.append(least(point))

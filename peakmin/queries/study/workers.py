@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...api import solve
 from ...errors import PeakminError, SpecError
+from ...programs.compiled import Programs
 from ...spec.reading import load
 from ...spec.spec import Spec, spec_of
 
@@ -31,6 +32,16 @@ if TYPE_CHECKING:
     from ...spec.spec import ArmSpec
 
 _one_at_a_time = threading.Lock()  # cvxpy does not build problems in two threads at once
+
+
+class _Worker(threading.local):
+    """What a worker, which is a thread of an executor's process, keeps from one row to the next."""
+
+    def __init__(self) -> None:
+        self.programs = Programs()
+
+
+_worker = _Worker()  # executors carry functions with their text only: what stays has to stand here
 
 
 def spec_hash(spec: Spec | ArmSpec) -> str:
@@ -44,13 +55,11 @@ def solved_row(text: str) -> dict[str, Any]:
 
     An exception makes a row, too: of status "failed", with what it said as `error`.
     """
-    from ...programs.compiled import shared
-
     began = time.perf_counter()
     try:
         asked = spec_of(load(text))
-        with _one_at_a_time, shared():
-            plan = solve(asked.task, asked.settings)
+        with _one_at_a_time, _worker.programs as programs:
+            plan = solve(asked.task, asked.settings, programs=programs)
     except Exception as error:
         said = str(error) if isinstance(error, PeakminError) else f"{type(error).__name__}: {error}"
         return failed(said, time.perf_counter() - began)
