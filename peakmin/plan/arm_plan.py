@@ -2,77 +2,111 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
 
+from ..byname import found
+from ..files import csv_text
 from ..geometry.trajectory import Trajectory
-from ..robots.joints import JointPath, base_moment, closely, torques
-from ..robots.link_clearance import LinkClearance
+from ..proofs.sensitivity import Sensitivities
+from ..robots.joints import JointPath, base_moment, torques
+from ..robots.link_clearance import LinkClearance, link_clearance
 from ..robots.workspace import Contact
 from ..scenes.arm_proof import ArmProof
-from ..spec.arm import ANGLE, ArmManeuver
-from ..spec.maneuver import Maneuver
+from ..scenes.kept import Kept
+from ..scenes.kinds import ArmKept, ArmScene, beyond_limits, scene_of
+from ..scenes.passages import Passage
+from ..spec.arm import ArmManeuver, ArmTask
 from ..spec.settings import Settings
-from ..types import Array
-from .plan import Made, Planned, Status, table_text
+from ..spec.spec import ArmSpec
+from ..types import Array, Axes
+from .document import (
+    ArmDocument,
+    PathDocument,
+    Status,
+    arm_proof_document,
+    arm_proof_of,
+    read_as,
+    shaped,
+    signed,
+    unknown,
+)
+from .plan import Made, Plan
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from .found import Found
 
-    from ..queries.explain import Explanation
-
-TIME_LIMIT = 60.0  # s, of an explanation
 NEAR = 1e-3  # of the arm: how close to the margin counts as a contact
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ArmPlan(Planned):
+class ArmPlan(Plan):
     """A motion of an arm, from pose to pose.
 
-    status: "solved" (checked, free of the obstacles, within reach and limits), "infeasible" (proved: every motion
-        exceeds `max_peak`) or "unknown".
+    As `Plan`, and
     indices: which of the configurations that start and goal allow, in the order up, down.
-    crossing: the centre of mass's maneuver past the walls that the obstacles make, in the order of
-        `obstacle_times` [s], shape (q,).
     joints: the joints' motion, None where there is none.
     clear: the least distance of the links from the obstacles at any instant.
-    peak: bound on the centre of mass's acceleration [m/s^2];  lower_bound: no motion whatsoever has a smaller one.
+    lower_bound: no motion whatsoever has a smaller peak.
     """
 
-    maneuver: ArmManeuver
-    settings: Settings
-    status: Status
+    kind: ClassVar[str] = "arm"
+
+    maneuver: ArmManeuver  # type: ignore[assignment]
+    proof: ArmProof  # type: ignore[assignment]
     indices: tuple[int, int]
-    crossing: Maneuver
-    obstacle_times: Array
     joints: JointPath | None
     clear: LinkClearance | None
-    peak: float
-    lower_bound: float
-    proof: ArmProof
-    made: Made
-    scope: Literal["all"] = "all"
 
-    @property
-    def clearance(self) -> float:
-        """Least distance of any link from any obstacle [m], at every instant; negative where one enters."""
-        return math.inf if self.clear is None else self.clear.least
+    @classmethod
+    def of(  # type: ignore[override]
+        cls, scene: ArmScene, settings: Settings, status: Status, bound: float, given: Found[JointPath]
+    ) -> Self:
+        path, kept = given.motion, given.kept
+        assert given.multipliers is not None
+        assert isinstance(given.proof, ArmProof)
+        return cls(
+            scene.task,
+            settings,
+            status,
+            None if path is None else path.motion,
+            given.crossing,
+            given.times,
+            np.inf if kept is None else kept.clearance,
+            given.peak,
+            bound,
+            given.proof,
+            given.multipliers,
+            given.made,
+            given.indices,
+            path,
+            kept.clear if isinstance(kept, ArmKept) else None,
+        )
+
+    @cached_property
+    def scene(self) -> ArmScene:  # type: ignore[override]
+        """What the arm moves in."""
+        return scene_of(self.maneuver)
 
     @property
     def free(self) -> bool:
         """Whether there is a motion that keeps clear of the obstacles and within reach."""
-        workspace = self.maneuver.workspace
-        return self.clear is not None and self.clear.short(workspace) == 0
+        return self.clear is not None and self.clear.short(self.scene.workspace) == 0
+
+    @cached_property
+    def kept(self) -> Kept | None:
+        """What the motion keeps of what was asked, computed anew between the nodes too; None where there is none."""
+        return None if self.joints is None else self.scene.kept(self.joints)
 
     @property
-    def trajectory(self) -> Trajectory | None:
-        """The motion of the centre of mass."""
-        return None if self.joints is None else self.joints.motion
+    def sensitivities(self) -> Sensitivities:
+        """An arm's walls are not its user's: there are none."""
+        raise AttributeError("an arm's plan has no sensitivities")
 
     def _path(self) -> JointPath:
         if self.joints is None:
@@ -102,19 +136,11 @@ class ArmPlan(Planned):
         return () if self.joints is None else self.joints.changes
 
     @cached_property
-    def explanation(self) -> Explanation | None:
-        """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
-        from ..queries.explain_arm import explain_arm
-
-        return explain_arm(self, TIME_LIMIT)
-
-    @cached_property
     def contacts(self) -> list[Contact]:
         """What the arm is nearest to at the contact times."""
         if self.joints is None or not self.maneuver.obstacles:
             return []
-        workspace = self.maneuver.workspace
-        return [workspace.nearest(self.joints.absolute(t)) for t in self.contact_times]
+        return [self.scene.workspace.nearest(self.joints.absolute(t)) for t in self.contact_times]
 
     @cached_property
     def contact_times(self) -> list[float]:
@@ -123,7 +149,7 @@ class ArmPlan(Planned):
         """
         if self.joints is None or self.clear is None or not self.maneuver.obstacles:
             return []
-        workspace = self.maneuver.workspace
+        workspace = self.scene.workspace
         near = self.maneuver.margin + NEAR * workspace.size
         at = self.obstacle_times[
             np.min(workspace.clearance(self.joints.absolute(self.obstacle_times)), axis=-1) <= near
@@ -133,43 +159,88 @@ class ArmPlan(Planned):
     @cached_property
     def exceeded(self) -> list[str]:
         """Joint limits and speeds that the motion does not keep, in words."""
-        if self.joints is None:
-            return []
-        t = closely(self.joints)
-        angles, rates = self.angles(t), np.diff(self.joints.rates(t)[1], axis=-1, prepend=0.0)
-        out = []
-        for k, link in enumerate(self.maneuver.arm.links):
-            low, high = float(np.min(angles[:, k])), float(np.max(angles[:, k]))
-            if link.limits is not None and not (link.limits[0] - ANGLE <= low and high <= link.limits[1] + ANGLE):
-                out.append(f"arm.links[{k}].limits: the joint goes from {low:.6g} to {high:.6g} rad")
-            fastest = float(np.max(np.abs(rates[:, k])))
-            if link.max_speed is not None and fastest > link.max_speed:
-                out.append(f"arm.links[{k}].max_speed: the joint reaches {fastest:.3g} rad/s")
-        return out
+        return [] if self.joints is None else [one.words for one in beyond_limits(self.maneuver, self.joints)]
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The arm's poses over its obstacles; see `peakmin.view.arm_plots` for more."""
-        from ..view.arm_plots import poses
-
-        return poses(self, ax=ax)
+        """The arm's poses over its obstacles; see `peakmin.view` for more."""
+        return found("peakmin.view.paths:poses")(self, ax=ax)
 
     def document(self) -> dict[str, Any]:
         """The plan as plain JSON data."""
-        from .arm_document import of
-
-        return of(self)
+        task, path = self.maneuver, self.joints
+        fields = self._fields()
+        spec = ArmSpec(
+            arm=task.arm,
+            maneuver=ArmTask(**{name: getattr(task, name) for name in ArmTask.model_fields}),
+            settings=self.settings,
+        )
+        return signed(
+            ArmDocument,
+            **fields,
+            indices=self.indices,
+            contacts=[str(contact) for contact in self.contacts],
+            exceeded=self.exceeded,
+            joints=[] if path is None else path.angles(np.array(fields["times"])).tolist(),
+            path=None if path is None else _path_document(path),
+            proof=arm_proof_document(self.proof),
+            spec=spec,
+        )
 
     @classmethod
-    def from_json(cls, text: str | bytes) -> ArmPlan:
-        """The plan that `to_json` wrote, as it states itself: `peakmin.verify` tells whether that is true.
+    def stated_by(cls, document: ArmDocument) -> Self:  # type: ignore[override]
+        """The plan that a document states. Raises `ValueError` where it states none."""
+        task, q = document.spec.task, len(document.walls)
+        scene = scene_of(task)
+        if document.indices not in scene.passages:
+            raise ValueError("a plan is of configurations that are none")
+        passage = scene.passages[document.indices]
+        motion = None if document.path is None else document.motion(passage.maneuver)
+        if document.path is not None and motion is None:
+            raise ValueError("joints without a motion")
+        path = clear = None
+        if document.path is not None and motion is not None:
+            path = _path_of(document.path, motion, passage)
+            clear = link_clearance(scene.workspace, path)
+        return cls(
+            task,
+            document.spec.settings,
+            document.status,
+            motion,
+            passage.maneuver.past(document.walls),
+            shaped(document.obstacle_times, q),
+            np.inf if clear is None else clear.least,
+            unknown(document.peak),
+            unknown(document.lower_bound),
+            arm_proof_of(document.proof, scene.passages),
+            np.zeros((2 + q, 2)),
+            Made(**document.made.model_dump()),
+            document.indices,
+            path,
+            clear,
+        )
 
-        Raises:
-            SpecError: when the text is not a plan of an arm.
-        """
-        from ..spec.reading import load
-        from .arm_document import read
+    @property
+    def size(self) -> float:
+        return self.scene.size
 
-        return read(load(text, finite=True))
+    @property
+    def units(self) -> dict[str, float]:
+        size, T = self.scene.size, self.maneuver.duration
+        centre = {"position": size, "velocity": size / T, "acceleration": size / T**2}
+        return centre | {"joints": 1.0, "clearance": size, "others": 1.0}
+
+    @property
+    def joined(self) -> bool:
+        return self.joints is None or self.scene.joins(self.joints, self.indices)
+
+    def misstated(self) -> list[str]:
+        """Nothing: an arm's plan states no multipliers."""
+        return []
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> Self:
+        """The plan that `to_json` wrote, as `Plan.from_json`."""
+        return read_as(ArmDocument, cls.stated_by, text)
 
     def to_csv(self) -> str:
         """Text: rows t, joint angles, speeds, torques, centre of mass, base force and moment at the nodes [SI]."""
@@ -177,10 +248,36 @@ class ArmPlan(Planned):
         rates = np.diff(self._path().rates(t)[1], axis=-1, prepend=0.0)
         columns = [t, self.angles(t), rates, self.torques(t), self.position(t), self.base_force(t), self.base_moment(t)]
         names = [f"{name}{k + 1}" for name in ("q", "dq", "tau") for k in range(n)]
-        return table_text(["t", *names, "x", "y", "fx", "fy", "moment"], columns)
+        return csv_text(["t", *names, "x", "y", "fx", "fy", "moment"], np.column_stack(columns).tolist())
 
     def __repr__(self) -> str:
         return (
             f"ArmPlan({self.status}, peak={self.peak:.9g}, lower_bound={self.lower_bound:.9g}, "
             f"clearance={self.clearance:.6g})"
         )
+
+
+def _path_document(path: JointPath) -> PathDocument:
+    others = path.others
+    knots = None if others is None else (others.x.tolist(), others(others.x).tolist())
+    elbow = 1 if path.elbow > 0 else -1
+    return PathDocument(pair=path.pair, elbow=elbow, changes=list(path.changes), others=knots)
+
+
+def _path_of(stated: PathDocument, motion: Trajectory, passage: Passage) -> JointPath:
+    """The motion of the joints that a document states. Raises `ValueError` where it is none of this arm."""
+    chain, duration, pair = passage.workspace.chain, passage.asked.duration, stated.pair
+    if not pair[0] < pair[1] < chain.links:
+        raise ValueError("a pair of links is none")
+    others = None
+    if chain.links > 2:
+        if stated.others is None:
+            raise ValueError("the other links' angles are missing")
+        knots = np.array(stated.others[0], dtype=float)
+        if knots[0] != 0 or knots[-1] != duration or np.any(np.diff(knots) <= 0):
+            raise ValueError("knots do not go from the start to the end")
+        values = shaped(stated.others[1], len(knots), chain.links - 2)
+        others = CubicSpline(knots, values, bc_type="clamped")
+    if np.any(np.diff([0.0, *stated.changes, duration]) <= 0):
+        raise ValueError("changes of elbow are not in order between start and end")
+    return JointPath(chain, motion, pair, float(stated.elbow), tuple(stated.changes), others, passage.theta[0])

@@ -1,227 +1,534 @@
-"""A plan as a JSON document and back. A document is data: it states; `peakmin.verify` finds out."""
+"""A plan as a JSON document: what its file states. `peakmin.verify` finds out whether that is true.
+
+Version 2. Files of version 1 are read as what they would be in version 2: they do not name the kind of a centre of
+mass's plan, list walls past blocks only, and state the proof past blocks as a list of branches in place of a tree.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
+from pydantic import Field, TypeAdapter, field_serializer
 
 from ..errors import SpecError
 from ..geometry.costate import CostateTrajectory
 from ..geometry.trajectory import HoldTrajectory, Trajectory
 from ..proofs.bounds import Leaf, Proof
-from ..proofs.double_integrator import PointMass
-from ..scenes.blocks import Branch, Cells, WaysProof
+from ..robots.joint_space import FLOODS
+from ..scenes.arm_proof import ALL, ArmProof, Lined, PassageProof, Touching
+from ..scenes.blocks import BlockClasses, BlockProof, Lines, ListedBranch, ListedProof, WayClass
+from ..scenes.cells import Way
+from ..scenes.passages import Edge, Line, Looks, Passage, Whole
+from ..scenes.proof_tree import Branch
 from ..spec.maneuver import Maneuver
-from ..spec.model import LARGEST
+from ..spec.model import LARGEST, Model, Switch
 from ..spec.obstacles import Wall
 from ..spec.reading import load, short
-from ..spec.spec import Spec
+from ..spec.spec import ArmSpec, Spec
 from ..types import Array
 
-if TYPE_CHECKING:
-    from .plan import Plan
-
-P = TypeVar("P")
-VERSION = 1  # of plan documents
-COSTATE_ARRAYS = ("first", "last", "size", "first_error", "last_error")
+VERSION: Literal[2] = 2  # of plan documents
+KNOWN = (1, 2)
 SAMPLES = 200  # panels of the samples that a costate plan lists beside its closed form
 
+Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
+Size = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]  # from zero up
+Share = Annotated[float, Field(strict=True, ge=0, le=1)]  # of the duration
+Whole0 = Annotated[int, Field(strict=True, ge=0)]
+Rows = list[list[Real]]
+Status = Literal["solved", "infeasible", "unknown"]
 
-def of(plan: Plan) -> dict[str, Any]:
-    """The document of a plan; numbers that are not known are null."""
-    motion = plan.trajectory
-    t = listed_times(plan.trajectory, plan.maneuver.duration)
-    acceleration = t[:-1] if isinstance(motion, HoldTrajectory) else t
-    data: dict[str, Any] = {
-        "version": VERSION,
-        "status": plan.status,
-        "peak": plan.peak if math.isfinite(plan.peak) else None,
-        "lower_bound": plan.lower_bound,
-        "gap": plan.gap,
-        "scope": plan.scope,
-        "peak_force": plan.peak_force if math.isfinite(plan.peak) else None,
-        "obstacle_times": plan.obstacle_times.tolist(),
-        "clearance": plan.clearance if math.isfinite(plan.clearance) else None,
+
+class LeafDocument(Model):
+    """A box of obstacle times and multipliers, (2+q, d), found at other times: a bound."""
+
+    low: list[Share]
+    high: list[Share]
+    multipliers: Rows
+    at: list[Share]
+
+    @classmethod
+    def of(cls, leaves: Sequence[Leaf]) -> list[Self]:
+        return [
+            cls(low=list(x.low), high=list(x.high), multipliers=x.multipliers.tolist(), at=list(x.at)) for x in leaves
+        ]
+
+
+class LeavesProof(Model):
+    """Of walls alone: leaves that cover all obstacle times, or the plan's."""
+
+    kind: Literal["walls"] = "walls"
+    leaves: list[LeafDocument]
+
+
+class WayBranch(Model):
+    """Of the paths with some ways past blocks: leaves past walls on lines, and the same for each gap of a strip."""
+
+    lines: list[tuple[Real, Whole0]]
+    leaves: list[LeafDocument]
+    strip: Whole0 | None
+    children: list[WayBranch | None]
+
+    @classmethod
+    def of(cls, branch: Branch[int, Lines]) -> Self:
+        children = [None if child is None else cls.of(child) for child in branch.children]
+        leaves = LeafDocument.of(branch.leaves)
+        return cls(lines=list(branch.looks), leaves=leaves, strip=branch.cut, children=children)
+
+
+class BlocksProof(Model):
+    """Of blocks: a tree that covers every way past them."""
+
+    kind: Literal["blocks"] = "blocks"
+    root: WayBranch
+
+
+class WayLeaves(Model):
+    """The gaps of a way by strip, the lines with walls, and the leaves past them."""
+
+    way: list[list[Whole0]]
+    lines: list[tuple[Real, Whole0]]
+    leaves: list[LeafDocument]
+
+
+class ListProof(Model):
+    """Of blocks, as files of version 1 have it: branches that cover every way past them."""
+
+    kind: Literal["listed"] = "listed"
+    branches: list[WayLeaves]
+
+
+class LineBranch(Model):
+    """Of an arm's paths in one order: leaves, and the same for each gap and place of a line, (angle, offset)."""
+
+    ends: tuple[Switch, Switch]
+    dropped: list[Whole0]
+    leaves: list[LeafDocument]
+    line: tuple[Real, Real] | None
+    children: list[LineBranch | None]
+
+    @classmethod
+    def of(cls, branch: Lined) -> Self:
+        return cls(
+            ends=branch.looks.ends,
+            dropped=list(branch.looks.dropped),
+            leaves=LeafDocument.of(branch.leaves),
+            line=None if branch.cut is None else (branch.cut.angle, branch.cut.offset),
+            children=[None if child is None else cls.of(child) for child in branch.children],
+        )
+
+
+class TouchingDocument(Model):
+    """Of paths that touch an arc of an edge."""
+
+    edge: Edge
+    arc: tuple[Real, Real]
+    leaves: list[list[LeafDocument]]
+
+
+class PassageDocument(Model):
+    """Of one start and one goal configuration."""
+
+    indices: tuple[Whole0, Whole0]
+    kept: LineBranch | None
+    whole: LineBranch | None
+    touching: list[TouchingDocument]
+
+
+class ArmsProof(Model):
+    """Of an arm's motions: all passages, but those that a flood of joint space with so many cells rules out."""
+
+    kind: Literal["arm"] = "arm"
+    passages: list[PassageDocument]
+    cells: Whole0
+
+
+class CostateDocument(Model):
+    """A control in closed form: see `CostateTrajectory`."""
+
+    nodes: list[Real]
+    first: Rows
+    last: Rows
+    size: list[Size]
+    first_error: Rows
+    last_error: Rows
+
+
+class PathDocument(Model):
+    """How the joints follow the centre of mass: see `JointPath`; others: knots [s] and angles [rad] of the rest."""
+
+    pair: tuple[Whole0, Whole0]
+    elbow: Literal[-1, 1]
+    changes: list[Real]
+    others: tuple[list[Real], Rows] | None
+
+
+class SensitivitiesDocument(Model):
+    """Derivatives of the least peak; null where they are not known."""
+
+    tips: list[list[Real | None]]
+    obstacle_times: list[Real | None]
+    duration: Real | None
+    start_position: list[Real | None]
+    start_velocity: list[Real | None]
+    goal_position: list[Real | None]
+    goal_velocity: list[Real | None]
+
+
+class MadeDocument(Model):
+    """How the plan was made: no part of what is verified."""
+
+    solver: str
+    compilations: Whole0
+    solves: Whole0
+    nodes: Whole0
+    seconds: Real
+    versions: dict[str, str]
+
+
+class PlanDocument(Model):
+    """What every plan's document states: numbers in SI units, null where they are not known."""
+
+    kind_of_file: ClassVar[str] = "plan"
+
+    version: Literal[2] = VERSION
+    status: Status
+    peak: Size | None
+    lower_bound: Size | None
+    gap: Real
+    scope: Literal["all", "these"]
+    peak_force: Size | None
+    obstacle_times: list[Real]
+    clearance: Real | None
+    times: list[Real]
+    position: Rows
+    velocity: Rows
+    acceleration: Rows
+    costate: CostateDocument | None
+    walls: list[Wall]
+    digest: str
+    made: MadeDocument
+
+    @field_serializer("walls")
+    def _plain_walls(self, walls: list[Wall]) -> list[Any]:
+        return [json.loads(wall.to_json()) for wall in walls]
+
+    def motion(self, maneuver: Maneuver) -> Trajectory | None:
+        """The motion that is listed, from the maneuver's start. Raises `ValueError` where it is none."""
+        start = np.array(maneuver.start.position), np.array(maneuver.start.velocity)
+        if not self.times:
+            return None
+        d = len(start[0])
+        if self.costate is None:
+            nodes = np.array(self.times)
+            return HoldTrajectory(nodes, shaped(self.acceleration, len(nodes) - 1, d), *start)
+        stated, k = self.costate, len(self.costate.nodes) - 1
+        return CostateTrajectory(
+            np.array(stated.nodes),
+            shaped(stated.first, k, d),
+            shaped(stated.last, k, d),
+            shaped(stated.size, k),
+            shaped(stated.first_error, k, d),
+            shaped(stated.last_error, k, d),
+            *start,
+        )
+
+
+class PointDocument(PlanDocument):
+    """The plan of a centre of mass."""
+
+    kind: Literal["point"] = "point"
+    multipliers: Rows
+    sensitivities: SensitivitiesDocument
+    proof: Annotated[LeavesProof | BlocksProof | ListProof, Field(discriminator="kind")]
+    spec: Spec
+
+    @field_serializer("spec")
+    def _plain(self, spec: Spec) -> Any:
+        return json.loads(spec.to_json())
+
+
+class ArmDocument(PlanDocument):
+    """The plan of an arm."""
+
+    kind: Literal["arm"] = "arm"
+    indices: tuple[Whole0, Whole0]
+    contacts: list[str]
+    exceeded: list[str]
+    joints: Rows
+    path: PathDocument | None
+    proof: ArmsProof
+    spec: ArmSpec
+
+    @field_serializer("spec")
+    def _plain(self, spec: ArmSpec) -> Any:
+        return json.loads(spec.to_json())
+
+
+def schema() -> dict[str, Any]:
+    """The JSON Schema of a plan file."""
+    either = Annotated[PointDocument | ArmDocument, Field(discriminator="kind")]
+    return TypeAdapter[PointDocument | ArmDocument](either).json_schema()
+
+
+# writing
+
+
+def motion_fields(motion: Trajectory | None, duration: float) -> dict[str, Any]:
+    """What a document lists of a motion: a hold motion's nodes, or even samples beside a closed form."""
+    if motion is None:
+        return dict.fromkeys(("times", "position", "velocity", "acceleration"), ()) | {"costate": None}
+    held = isinstance(motion, HoldTrajectory)
+    t = motion.nodes if held else np.union1d(motion.nodes, duration * np.arange(SAMPLES + 1) / SAMPLES)
+    return {
         "times": t.tolist(),
-        "position": motion.position(t).tolist() if motion else [],
-        "velocity": motion.velocity(t).tolist() if motion else [],
-        "acceleration": motion.acceleration(acceleration).tolist() if motion else [],
-        "multipliers": plan.multipliers.tolist(),
-        "sensitivities": {name: _known(value) for name, value in vars(plan.sensitivities).items()},
-        "proof": _proof(plan.proof),
-        "spec": json.loads(Spec(maneuver=plan.maneuver, settings=plan.settings).to_json()),
+        "position": motion.position(t).tolist(),
+        "velocity": motion.velocity(t).tolist(),
+        "acceleration": motion.acceleration(t[:-1] if held else t).tolist(),
+        "costate": None if held else _costate(motion),
     }
-    if plan.maneuver.blocks:
-        data["walls"] = [json.loads(wall.to_json()) for wall in plan.walls]
-    if isinstance(motion, CostateTrajectory):
-        data["costate"] = {"nodes": motion.nodes.tolist()}
-        data["costate"] |= {name: getattr(motion, name).tolist() for name in COSTATE_ARRAYS}
-    data["digest"] = digest(data)
-    data["made"] = dict(vars(plan.made))
-    return data
 
 
-def _known(value: Array | float) -> Any:
-    """Numbers as lists, those that are none as null."""
+def _costate(motion: Trajectory) -> CostateDocument:
+    return CostateDocument(**{name: getattr(motion, name).tolist() for name in CostateDocument.model_fields})
+
+
+def known(value: float) -> float | None:
+    """A number, or None where it is not finite."""
+    return float(value) if math.isfinite(value) else None
+
+
+def knowns(value: Array | float) -> Any:
+    """Numbers as lists, those that are none as None."""
     return np.where(np.isnan(value), None, value).tolist()  # type: ignore[call-overload]
 
 
-def _proof(proof: Proof | WaysProof) -> list[dict[str, Any]]:
-    if isinstance(proof, WaysProof):
-        return [
-            {
-                "way": [list(gaps) for gaps in branch.way],
-                "lines": [list(line) for line in branch.lines],
-                "leaves": listed_leaves(branch.leaves),
-            }
-            for branch in proof.branches
+def proof_document(proof: Proof | BlockProof | ListedProof) -> LeavesProof | BlocksProof | ListProof:
+    """What a document states of a proof."""
+    if isinstance(proof, BlockProof):
+        return BlocksProof(root=WayBranch.of(proof.root))
+    if isinstance(proof, ListedProof):
+        listed = [
+            WayLeaves(way=[list(gaps) for gaps in one.way], lines=list(one.lines), leaves=LeafDocument.of(one.leaves))
+            for one in proof.branches
         ]
-    return listed_leaves(proof.leaves)
+        return ListProof(branches=listed)
+    return LeavesProof(leaves=LeafDocument.of(proof.leaves))
 
 
-def listed_leaves(leaves: tuple[Leaf, ...]) -> list[dict[str, Any]]:
-    return [{name: np.asarray(value).tolist() for name, value in vars(leaf).items()} for leaf in leaves]
+def arm_proof_document(proof: ArmProof) -> ArmsProof:
+    """What a document states of an arm's proof."""
+
+    def touching(one: Touching) -> TouchingDocument:
+        return TouchingDocument(edge=one.edge, arc=one.arc, leaves=[LeafDocument.of(own) for own in one.leaves])
+
+    def passage(one: PassageProof) -> PassageDocument:
+        trunks = [None if tree is None else LineBranch.of(tree) for tree in (one.kept, one.whole)]
+        every = [touching(each) for each in one.touching]
+        return PassageDocument(indices=one.indices, kept=trunks[0], whole=trunks[1], touching=every)
+
+    return ArmsProof(passages=[passage(one) for one in proof.passages], cells=proof.cells)
 
 
-def digest(data: dict[str, Any]) -> str:
+D = TypeVar("D", bound=PlanDocument)
+
+
+def signed(kind: type[D], **fields: Any) -> dict[str, Any]:
+    """The document with these fields as plain data, with its digest."""
+    data: dict[str, Any] = kind(digest="", **fields).model_dump(mode="json")
+    made = data.pop("made")
+    data["digest"] = digest(data)
+    data["made"] = made
+    return data
+
+
+def digest(data: Mapping[str, Any]) -> str:
     """SHA-256 of everything but the digest and how the plan was made."""
     kept = {key: value for key, value in data.items() if key not in ("digest", "made")}
     return hashlib.sha256(json.dumps(kept, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 
-def listed_times(motion: Trajectory | None, duration: float) -> Array:
-    """Times [s] at which a document lists states: a hold motion's nodes, or its nodes and even samples."""
-    if motion is None:
-        return np.zeros(0)
-    if isinstance(motion, HoldTrajectory):
-        return motion.nodes
-    return np.union1d(motion.nodes, duration * np.arange(SAMPLES + 1) / SAMPLES)
+# reading
 
 
-def read(text: str | bytes) -> Plan:
-    """The plan that a document states. Raises `SpecError` in one line when it is not one."""
-    return read_by(_plan, load(text, finite=True))
+def stated(text: str | bytes) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A document's data as the file has them, and as one of version 2. Raises `SpecError` in one line."""
+    data = load(text, finite=True)
+    version = data.get("version")
+    if type(version) is not int or version not in KNOWN:
+        raise SpecError(f"version: was {short(version)}, must be 1 or 2 (the versions so far)")
+    return data, data if version == VERSION else _upgraded(data)
 
 
-def read_by(made: Callable[[dict[str, Any]], P], data: dict[str, Any]) -> P:
-    """What `made` makes of a document's data. Raises `SpecError` in one line where it can make nothing of them."""
+def _upgraded(data: dict[str, Any]) -> dict[str, Any]:
+    """A document of version 1 as one of version 2, as far as it is one at all."""
+    new = {"kind": "point", "costate": None, **data, "version": VERSION}
+    proof = data.get("proof")
+    if new["kind"] == "arm":
+        new["proof"] = {"kind": "arm", "passages": proof, "cells": new.pop("flooded", 0)}
+        return {"path": None, **new}
+    blocks = "walls" in data
+    new["proof"] = {"kind": "listed", "branches": proof} if blocks else {"kind": "walls", "leaves": proof}
+    if not blocks:
+        maneuver = Spec(**data["spec"]).maneuver if isinstance(data.get("spec"), dict) else None
+        new["walls"] = [] if maneuver is None else [json.loads(wall.to_json()) for wall in maneuver.walls]
+    return new
+
+
+P = TypeVar("P")
+
+
+def read_as(kind: type[D], made: Callable[[D], P], text: str | bytes) -> P:
+    """What `made` makes of a document of this kind. Raises `SpecError` in one line where it is none."""
+    return made_of(kind, made, stated(text)[1])
+
+
+def made_of(kind: type[D], made: Callable[[D], P], data: Mapping[str, Any]) -> P:
+    """The same of its data as of version 2."""
     try:
         with np.errstate(all="ignore"):  # a number that is none fails every comparison that it enters
-            return made(data)
-    except SpecError:
-        raise
-    except KeyError as error:
-        raise SpecError(f"the document: was not a plan, {short(error.args[0])} is missing") from None
+            return made(kind(**data))
+    except SpecError as error:
+        said = str(error)
+        raise SpecError(said if said.startswith("the document") else f"the document: was not a plan ({said})") from None
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RecursionError) as error:
         raise SpecError(f"the document: was not a plan ({type(error).__name__}: {short(str(error), 120)})") from None
 
 
-def _plan(data: dict[str, Any]) -> Plan:
-    from .plan import Made, Plan
+def unknown(value: float | None) -> float:
+    """A stated number; infinite where it is not known."""
+    return math.inf if value is None else value
 
-    known_plan(data)
-    spec = Spec(**data["spec"])
-    walls = tuple(Wall(**wall) for wall in data["walls"]) if spec.maneuver.blocks else spec.maneuver.walls
-    mass = PointMass.of(spec.maneuver.past(walls))
-    if data["scope"] not in ("all", "these") or data["status"] not in ("solved", "infeasible", "unknown"):
-        raise ValueError("unknown scope or status")
-    proof: Proof | WaysProof
-    if spec.maneuver.blocks:
-        if data["scope"] != "all":
-            raise ValueError("the proof past blocks is of all times")
-        cells = Cells.of(spec.maneuver)
-        proof = WaysProof(tuple(_branch(branch, cells) for branch in data["proof"]))
-    else:
-        proof = Proof(data["scope"], leaves_of(data["proof"], mass.walls))
-    return Plan(
-        spec.maneuver,
-        spec.settings,
-        data["status"],
-        motion_of(data, spec.maneuver),
-        walls,
-        array(data["obstacle_times"], (mass.walls,)),
-        math.inf if data["clearance"] is None else float(array(data["clearance"], ())),
-        math.inf if data["peak"] is None else number(data["peak"]),
-        number(data["lower_bound"]),
-        proof,
-        array(data["multipliers"], (2 + mass.walls, 2)),
-        Made(**data["made"]),
+
+def shaped(value: Sequence[Any], *shape: int) -> Array:
+    """Numbers as an array of this shape. Raises `ValueError` where they are not of it."""
+    found = np.array(value, dtype=float)
+    if not found.size and not math.prod(shape):
+        return found.reshape(shape)
+    if found.shape != shape:
+        raise ValueError(f"an array is of shape {found.shape}, not {shape}")
+    return found
+
+
+def leaves_of(leaves: Sequence[LeafDocument], walls: int, d: int = 2) -> tuple[Leaf, ...]:
+    """Leaves of so many walls. Raises `ValueError` where they are of others."""
+    for leaf in leaves:
+        if not len(leaf.low) == len(leaf.high) == len(leaf.at) == walls:
+            raise ValueError("a leaf of the proof is of other walls")
+    return tuple(
+        Leaf(tuple(one.low), tuple(one.high), shaped(one.multipliers, 2 + walls, d), tuple(one.at)) for one in leaves
     )
 
 
-def known_plan(data: dict[str, Any]) -> None:
-    """Refuse a document of another version, or none. Raises `SpecError`."""
-    version = data.get("version")
-    if type(version) is not int or version != VERSION:
-        raise SpecError(f"version: was {short(version)}, must be {VERSION} (the only version so far)")
+def point_proof_of(
+    stated: LeavesProof | BlocksProof | ListProof,
+    scope: Literal["all", "these"],
+    classes: BlockClasses | None,
+    walls: int,
+) -> Proof | BlockProof | ListedProof:
+    """The proof that a document states. Raises `ValueError` where it is none of these blocks, or walls."""
+    if classes is None:
+        if not isinstance(stated, LeavesProof):
+            raise ValueError("the proof is of blocks, and there are none")
+        return Proof(scope, leaves_of(stated.leaves, walls))
+    if scope != "all":
+        raise ValueError("the proof past blocks is of all times")
+    if isinstance(stated, BlocksProof):
+        return BlockProof(_way_branch(stated.root, classes, classes.cells.ways))
+    if isinstance(stated, ListProof):
+        return ListedProof(tuple(_listed(one, classes) for one in stated.branches))
+    raise ValueError("the proof is of walls alone, and there are blocks")
 
 
-def _branch(data: dict[str, Any], cells: Cells) -> Branch:
-    way = tuple(tuple(gaps) for gaps in data["way"])
+def _listed(one: WayLeaves, classes: BlockClasses) -> ListedBranch:
+    way = tuple(tuple(gaps) for gaps in one.way)
+    cells = classes.cells
     if len(way) != len(cells.gaps) or any(
-        isinstance(g, bool) or not isinstance(g, int) or not 0 <= g < len(there)
-        for gaps, there in zip(way, cells.gaps, strict=True)
-        for g in gaps
+        g >= len(there) for gaps, there in zip(way, cells.gaps, strict=True) for g in gaps
     ):
         raise ValueError("a way of the proof is not through these blocks")
-    lines = tuple((float(array(x, ())), k) for x, k in data["lines"])
-    if any(isinstance(k, bool) or not isinstance(k, int) or not cells.has((x, k)) for x, k in lines):
-        raise ValueError("a line of the proof is not between start and goal")
     kept = cells.through(way)
-    return Branch(way, lines, leaves_of(data["leaves"], 0 if kept is None else len(cells.marks(kept, lines))))
+    return ListedBranch(way, _lines(one.lines, classes), leaves_of(one.leaves, _walls(kept, one.lines, classes)))
 
 
-def leaves_of(data: Any, walls: int) -> tuple[Leaf, ...]:
-    return tuple(
-        Leaf(
-            _times(leaf["low"], walls),
-            _times(leaf["high"], walls),
-            array(leaf["multipliers"], (2 + walls, 2)),
-            _times(leaf["at"], walls),
-        )
-        for leaf in data
+def _lines(lines: Sequence[tuple[float, int]], classes: BlockClasses) -> Lines:
+    if any(not classes.cells.has(line) for line in lines):
+        raise ValueError("a line of the proof is not between start and goal")
+    return tuple(lines)
+
+
+def _walls(way: Way | None, lines: Sequence[tuple[float, int]], classes: BlockClasses) -> int:
+    return 0 if way is None else len(classes.cells.marks(way, tuple(lines)))
+
+
+def _way_branch(one: WayBranch, classes: BlockClasses, way: Way | None) -> Branch[int, Lines]:
+    lines = _lines(one.lines, classes)
+    leaves = leaves_of(one.leaves, _walls(way, lines, classes)) if one.leaves else ()
+    if one.strip is None or way is None:
+        return Branch(leaves, lines)
+    if not classes.splits(WayClass(way, lines), one.strip):
+        raise ValueError("a strip of the proof is none of these blocks")
+    parts = classes.parts(WayClass(way, lines), one.strip)
+    children = [
+        None if child is None else _way_branch(child, classes, part)
+        for part, child in zip(parts, one.children, strict=True)
+    ]
+    return Branch(leaves, lines, one.strip, tuple(children))
+
+
+def arm_proof_of(stated: ArmsProof, passages: Mapping[tuple[int, int], Passage]) -> ArmProof:
+    """The proof that a document states. Raises `ValueError` where it is none of these passages."""
+    more = any(one.workspace.chain.links > 2 for one in passages.values())
+    if stated.cells not in (0, *FLOODS) or (stated.cells and more):
+        raise ValueError("cells of a flood are not as many as one has")
+    return ArmProof(tuple(_passage(one, passages) for one in stated.passages), stated.cells)
+
+
+def _passage(one: PassageDocument, passages: Mapping[tuple[int, int], Passage]) -> PassageProof:
+    if one.indices not in passages:
+        raise ValueError("a proof is of configurations that are none")
+    passage = passages[one.indices]
+    if passage.workspace.chain.links > 2:
+        if one.whole is None:
+            raise ValueError("a proof is missing")
+        return PassageProof(one.indices, None, (), Branch(leaves_of(one.whole.leaves, 0), Looks()))
+    touching = tuple(_touching(each, passage) for each in one.touching)
+    trunks = [
+        None if tree is None else _line_branch(tree, seen, ALL)
+        for tree, seen in ((one.kept, passage), (one.whole, passage.whole))
+    ]
+    return PassageProof(one.indices, trunks[0], touching, trunks[1])
+
+
+def _touching(one: TouchingDocument, passage: Passage) -> Touching:
+    touched = Touching(one.edge, one.arc, ())
+    if len(one.leaves) != len(touched.paths):
+        raise ValueError("an arc's leaves are missing")
+    pasts = [passage.past(paths) for paths in touched.paths]
+    leaves = tuple(
+        leaves_of(own, 0 if past is None else len(past.walls)) for own, past in zip(one.leaves, pasts, strict=True)
     )
+    return Touching(one.edge, one.arc, leaves)
 
 
-def motion_of(data: dict[str, Any], maneuver: Maneuver) -> Trajectory | None:
-    """The motion that a document lists, from the maneuver's start."""
-    start = np.array(maneuver.start.position), np.array(maneuver.start.velocity)
-    if not data["times"]:
-        return None
-    if "costate" in data:
-        nodes = array(data["costate"]["nodes"])
-        k = len(nodes) - 1
-        shapes = {"size": (k,)}
-        arrays = {name: array(data["costate"][name], shapes.get(name, (k, 2))) for name in COSTATE_ARRAYS}
-        if np.any(arrays["size"] < 0):
-            raise ValueError("a size is below zero")
-        return CostateTrajectory(nodes, **arrays, start_position=start[0], start_velocity=start[1])
-    nodes = array(data["times"])
-    return HoldTrajectory(nodes, array(data["acceleration"], (len(nodes) - 1, 2)), *start)
-
-
-def number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
-        raise ValueError(f"{short(value)} is not a finite number from zero up")
-    return float(value)
-
-
-def array(value: Any, shape: tuple[int, ...] | None = None) -> Array:
-    array = np.array(value, dtype=float)
-    if shape is not None:
-        array = array.reshape(shape)
-    if not np.all(np.abs(array) <= LARGEST):
-        raise ValueError(f"a number is above {LARGEST:g} in size, or none")
-    return array
-
-
-def _times(value: Any, walls: int) -> tuple[float, ...]:
-    times = array(value, (walls,))
-    if np.any(times < 0) or np.any(times > 1):
-        raise ValueError("a box of the proof reaches out of the duration")
-    return tuple(times.tolist())
+def _line_branch(one: LineBranch, passage: Passage, part: Whole) -> Lined:
+    looks = Looks(one.ends, tuple(one.dropped))
+    order = passage.seen(part, looks)
+    past = passage.past(order)
+    leaves = leaves_of(one.leaves, 0 if past is None else len(past.walls))
+    if one.line is None:
+        return Branch(leaves, looks)
+    line = Line(*one.line)
+    if not passage.splits(order, line):
+        raise ValueError("a line is not between start and goal")
+    parts = passage.parts(order, line)
+    children = [
+        None if child is None else _line_branch(child, passage, each)
+        for each, child in zip(parts, one.children, strict=True)
+    ]
+    return Branch(leaves, looks, line, tuple(children))

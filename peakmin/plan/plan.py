@@ -1,62 +1,142 @@
-"""The answer: a trajectory that has checked itself, its bounds, and how it was made."""
+"""The answer: a motion that has checked itself, its bounds, and how it was made."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..byname import found
+from ..files import csv_text
 from ..geometry.trajectory import Trajectory
-from ..proofs.bounds import Leaf, Proof
-from ..proofs.bracket import Bracket
+from ..proofs.bounds import Proof, lower_bound
 from ..proofs.check import Check, check_motion
 from ..proofs.double_integrator import PointMass
-from ..proofs.sensitivity import Sensitivities, optimal, sensitivities
-from ..scenes.blocks import WaysProof
-from ..scenes.impossible import impossible
-from ..scenes.kept import Keeping, keeping
-from ..spec.control_set import Disc, Polygon
+from ..proofs.extremal import extremal, far_apart
+from ..proofs.sensitivity import Sensitivities, optimal, sensitivities, without_idle
+from ..scenes.arm_proof import ArmProof
+from ..scenes.blocks import BlockProof, ListedProof
+from ..scenes.kept import Kept, extent
+from ..scenes.kinds import PointScene, scene_of
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Wall
 from ..spec.settings import Settings
-from ..types import Array
+from ..spec.spec import Spec
+from ..types import Array, Axes
+from .document import (
+    PointDocument,
+    Status,
+    known,
+    knowns,
+    motion_fields,
+    point_proof_of,
+    proof_document,
+    read_as,
+    shaped,
+    signed,
+    unknown,
+)
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from ..queries.explain import Explanation
-
-Status = Literal["solved", "infeasible", "unknown"]
+    from .found import Found
 
 
-class Planned:
-    """Accessors over a plan's own fields."""
+NEARLY = 1e-7  # relative: how far the multipliers' own bound may be below the best at the plan's times
 
+
+@cache
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in ("peakmin", "cvxpy", "clarabel", "numpy")}
+
+
+@dataclass(frozen=True)
+class Made:
+    """How a plan was made: programs compiled and solved, boxes of obstacle times looked at, seconds, versions."""
+
+    solver: str
+    compilations: int
+    solves: int
+    nodes: int
+    seconds: float
+    versions: dict[str, str] = field(default_factory=lambda: dict(_versions()))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan:
+    """The answer to a task; `ArmPlan` is an arm's.
+
+    status: "solved" (a checked control within `max_peak` whose path is free), "infeasible" (proved: every control
+        exceeds `max_peak`) or "unknown" (neither proved: no control was found, or the one found exceeds `max_peak`
+        or does not keep what was asked).
+    trajectory: the motion of the centre of mass, None where there is none.
+    crossing: the centre of mass's maneuver past the q walls that it takes: what the obstacle times belong to.
+    obstacle_times: [s], shape (q,).
+    clearance: distance from all obstacles [m], at every instant; negative where one is entered.
+    peak: bound on |acceleration| that the control keeps [m/s^2]; infinite when there is none.
+    lower_bound: no control whatsoever has a smaller peak [m/s^2]; `scope` says over which obstacle times.
+    proof: what proves it, and can be evaluated anew.
+    multipliers: L at the plan's own obstacle times, shape (2+q, 2), scaled.
+    """
+
+    kind: ClassVar[str] = "point"
+
+    maneuver: Maneuver
+    settings: Settings
     status: Status
+    trajectory: Trajectory | None
+    crossing: Maneuver
     obstacle_times: Array
+    clearance: float
     peak: float
     lower_bound: float
+    proof: Proof | BlockProof | ListedProof
+    multipliers: Array
+    made: Made
 
-    if TYPE_CHECKING:
+    @classmethod
+    def of(cls, scene: PointScene, settings: Settings, status: Status, bound: float, given: Found[Trajectory]) -> Self:
+        """The plan of what was found, checked already; `bound`: the proof's [m/s^2]."""
+        mass = PointMass.of(given.crossing)
+        times = given.times / mass.time
+        assert given.multipliers is not None
+        assert not isinstance(given.proof, ArmProof | None)
+        multipliers = optimal(mass, times, given.multipliers, given.peak / mass.unit)
+        clearance = math.inf if given.kept is None else given.kept.clearance
+        return cls(
+            scene.task,
+            settings,
+            status,
+            given.motion,
+            given.crossing,
+            given.times,
+            clearance,
+            given.peak,
+            bound,
+            given.proof,
+            multipliers,
+            given.made,
+        )
 
-        @property
-        def trajectory(self) -> Trajectory | None:
-            """The motion of the centre of mass."""
+    @cached_property
+    def scene(self) -> PointScene:
+        """What the task moves in."""
+        return scene_of(self.maneuver)
 
-        @property
-        def crossing(self) -> Maneuver:
-            """The centre of mass's maneuver past the walls that the obstacle times belong to."""
+    @property
+    def walls(self) -> tuple[Wall, ...]:
+        """The q walls whose lines are crossed at the obstacle times; past blocks those that the search put up."""
+        return self.crossing.walls
 
-        def document(self) -> dict[str, Any]:
-            """The plan as plain JSON data."""
+    @property
+    def scope(self) -> Literal["all", "these"]:
+        """What the bound covers: "all" obstacle times, or "these" of the plan only."""
+        return self.proof.scope
 
     @property
     def gap(self) -> float:
@@ -69,6 +149,11 @@ class Planned:
     def peak_force(self) -> float:
         """Peak base reaction force, mass times peak [N]."""
         return self.crossing.mass * self.peak
+
+    @cached_property
+    def kept(self) -> Kept | None:
+        """What the motion keeps of what was asked, computed anew between the nodes too; None where there is none."""
+        return None if self.trajectory is None else self.scene.kept(self.trajectory)
 
     def _motion(self) -> Trajectory:
         if self.trajectory is None:
@@ -100,191 +185,119 @@ class Planned:
         """Propagate the control anew, hold by hold, and compare with everything the plan states."""
         return check_motion(self.crossing, self._motion(), self.obstacle_times, self.peak)
 
-    def to_json(self, *, indent: int | None = None) -> str:
-        """The plan as one JSON document (text; write it where you like)."""
-        return json.dumps(self.document(), indent=indent, allow_nan=False)
-
-
-def table_text(head: list[str], columns: list[Array]) -> str:
-    """Columns (m,) or (m, k) as CSV text under a head."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows(np.column_stack(columns).tolist())
-    return out.getvalue()
-
-
-@cache
-def _versions() -> dict[str, str]:
-    return {name: version(name) for name in ("peakmin", "cvxpy", "clarabel", "numpy")}
-
-
-@dataclass(frozen=True)
-class Made:
-    """How a plan was made: programs compiled and solved, boxes of obstacle times looked at, seconds, versions."""
-
-    solver: str
-    compilations: int
-    solves: int
-    nodes: int
-    seconds: float
-    versions: dict[str, str] = field(default_factory=lambda: dict(_versions()))
-
-    def __post_init__(self) -> None:
-        numbers = (self.compilations, self.solves, self.nodes, self.seconds)
-        if not all(isinstance(one, int | float | np.number) for one in numbers):  # as a file may have them
-            raise ValueError("made is not of numbers")
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Plan(Planned):
-    """A maneuver's answer.
-
-    status: "solved" (a checked control within `max_peak` whose path is free), "infeasible" (proved: every control
-        exceeds `max_peak`) or "unknown" (neither proved: no control was found, or the one found exceeds `max_peak`
-        or does not keep what was asked).
-    walls: the q walls whose lines are crossed at the obstacle times; past blocks those that the search put up.
-    obstacle_times: [s], shape (q,).
-    clearance: distance of the path from all obstacles [m], at every instant; negative where it enters one.
-    peak: bound on |acceleration| that the control keeps [m/s^2]; infinite when there is none.
-    lower_bound: no control whatsoever has a smaller peak [m/s^2]; `scope` says over which obstacle times.
-    proof: what proves it, and can be evaluated anew.
-    multipliers: L at the plan's own obstacle times, shape (2+q, 2), scaled.
-    """
-
-    maneuver: Maneuver
-    settings: Settings
-    status: Status
-    trajectory: Trajectory | None
-    walls: tuple[Wall, ...]
-    obstacle_times: Array
-    clearance: float
-    peak: float
-    lower_bound: float
-    proof: Proof | WaysProof
-    multipliers: Array
-    made: Made
-
-    @property
-    def scope(self) -> Literal["all", "these"]:
-        """What the bound covers: "all" obstacle times, or "these" of the plan only."""
-        return self.proof.scope
-
-    @property
-    def crossing(self) -> Maneuver:
-        """The maneuver past the plan's walls alone: what its obstacle times belong to."""
-        return self.maneuver.past(self.walls)
-
-    def keeping(self) -> Keeping:
-        """Distances from obstacles and region and the speed, computed anew between the nodes too."""
-        return keeping(self.maneuver, self._motion())
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Path with walls and crossing points; see `peakmin.view.plots` for more."""
-        from ..view.plots import path  # matplotlib takes a second to import
-
-        return path(self, ax=ax)
-
-    def document(self) -> dict[str, Any]:
-        """The plan as plain JSON data; `peakmin.verify` and `Plan.from_json` read it."""
-        from .document import of
-
-        return of(self)
-
-    @classmethod
-    def from_json(cls, text: str | bytes) -> Plan:
-        """The plan that `to_json` wrote, as it states itself: `peakmin.verify` tells whether that is true.
-
-        Raises:
-            SpecError: when the text is not a plan.
-        """
-        from .document import read
-
-        return read(text)
-
-    @cached_property
-    def explanation(self) -> Explanation | None:
-        """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
-        from ..queries.explain import explain
-
-        return explain(self.maneuver, self.settings, proved=self.lower_bound) if self.status == "infeasible" else None
-
     @property
     def sensitivities(self) -> Sensitivities:
         """Derivatives of the least peak at the plan's obstacle times, from the multipliers."""
         return sensitivities(self.crossing, self.obstacle_times, self.multipliers)
+
+    @cached_property
+    def explanation(self) -> Any:  # an Explanation of the queries, which a plan cannot import
+        """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
+        return found("peakmin.queries.explain:explained")(self)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The path with what stands in its way and where it crosses; `peakmin.view` has more."""
+        return found("peakmin.view.paths:path")(self, ax=ax)
+
+    def document(self) -> dict[str, Any]:
+        """The plan as plain JSON data; `peakmin.verify` and `from_json` read it."""
+        slopes = {name: knowns(value) for name, value in vars(self.sensitivities).items()}
+        return signed(
+            PointDocument,
+            **self._fields(),
+            multipliers=self.multipliers.tolist(),
+            sensitivities=slopes,
+            proof=proof_document(self.proof),
+            spec=Spec(maneuver=self.maneuver, settings=self.settings),
+        )
+
+    def _fields(self) -> dict[str, Any]:
+        """What the document of any plan has."""
+        return {
+            "status": self.status,
+            "peak": known(self.peak),
+            "lower_bound": known(self.lower_bound),
+            "gap": self.gap,
+            "scope": self.scope,
+            "peak_force": known(self.peak_force),
+            "obstacle_times": self.obstacle_times.tolist(),
+            "clearance": known(self.clearance),
+            **motion_fields(self.trajectory, self.maneuver.duration),
+            "walls": list(self.walls),
+            "made": vars(self.made),
+        }
+
+    @classmethod
+    def stated_by(cls, document: PointDocument) -> Self:
+        """The plan that a document states. Raises `ValueError` where it states none."""
+        maneuver = document.spec.maneuver
+        scene, crossing = scene_of(maneuver), maneuver.past(document.walls)
+        q, d = len(document.walls), len(maneuver.start.position)
+        return cls(
+            maneuver,
+            document.spec.settings,
+            document.status,
+            document.motion(maneuver),
+            crossing,
+            shaped(document.obstacle_times, q),
+            unknown(document.clearance),
+            unknown(document.peak),
+            unknown(document.lower_bound),
+            point_proof_of(document.proof, document.scope, scene.classes, q),
+            shaped(document.multipliers, 2 + q, d),
+            Made(**document.made.model_dump()),
+        )
+
+    @property
+    def size(self) -> float:
+        """What errors of positions are measured by when the plan is verified [m]: not what its file lists."""
+        return extent(self.maneuver.past(()))
+
+    @property
+    def units(self) -> dict[str, float]:
+        """The sizes of what a document lists, by which rounding errors may differ [SI]."""
+        own = PointMass.of(self.maneuver.past(()))  # not of walls that the file lists
+        return {"position": own.length, "velocity": own.length / own.time, "acceleration": own.unit}
+
+    @property
+    def joined(self) -> bool:
+        """Whether the motion begins in the start's configuration and ends in the goal's."""
+        return True  # `check` looks at a centre of mass's
+
+    def misstated(self) -> list[str]:
+        """Whether the multipliers are the best at the plan's times: its sensitivities are made from them."""
+        mass = PointMass.of(self.crossing)
+        times = self.obstacle_times / mass.time
+        if not far_apart(times):
+            return []
+        own, best = lower_bound(mass, times, self.multipliers), extremal(mass, times).lower
+        if not own >= (1 - NEARLY) * best:
+            return [f"multipliers: prove {own * mass.unit!r} m/s² at these times, others {best * mass.unit!r}"]
+        if without_idle(mass, times, self.multipliers) is not self.multipliers:
+            return ["multipliers: are of walls that can be left out"]
+        return []
+
+    def to_json(self, *, indent: int | None = None) -> str:
+        """The plan as one JSON document (text; write it where you like)."""
+        return json.dumps(self.document(), indent=indent, allow_nan=False)
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> Self:
+        """The plan that `to_json` wrote, as it states itself: `peakmin.verify` tells whether that is true.
+
+        Raises:
+            SpecError: when the text is not a plan, or one of another kind.
+        """
+        return read_as(PointDocument, cls.stated_by, text)
+
+    def to_csv(self) -> str:
+        """Text: rows t, x, y, vx, vy, ax, ay at the nodes [SI]; the last row repeats the last acceleration."""
+        t, motion = self.times, self._motion()
+        columns = [t, motion.position(t), motion.velocity(t), motion.acceleration(t)]
+        return csv_text(["t", "x", "y", "vx", "vy", "ax", "ay"], np.column_stack(columns).tolist())
 
     def __repr__(self) -> str:
         times = ", ".join(f"{t:.6g}" for t in self.obstacle_times)
         return (
             f"Plan({self.status}, peak={self.peak:.9g}, lower_bound={self.lower_bound:.9g}, obstacle_times=[{times}])"
         )
-
-    def to_csv(self) -> str:
-        """Text: rows t, x, y, vx, vy, ax, ay at the nodes [SI]; the last row repeats the last acceleration."""
-        t, motion = self.times, self._motion()
-        columns = [t, motion.position(t), motion.velocity(t), motion.acceleration(t)]
-        return table_text(["t", "x", "y", "vx", "vy", "ax", "ay"], columns)
-
-
-def from_bracket(
-    maneuver: Maneuver,
-    settings: Settings,
-    times: Array,
-    bracket: Bracket,
-    motion: Trajectory | None,
-    proof: Proof | WaysProof | None,
-    made: Made,
-    walls: tuple[Wall, ...] | None = None,
-) -> Plan:
-    """The plan of a bracket [scaled] at placed obstacle times [scaled]: solved only if it passes its own checks.
-
-    Args:
-        motion: what attains the upper end, in SI units; None where nothing does.
-        proof: of all obstacle times; without it the bracket's multipliers prove a bound at these.
-        walls: whose lines are crossed at the times; default the maneuver's.
-    """
-    walls = maneuver.walls if walls is None else walls
-    crossing = maneuver.past(walls)
-    mass = PointMass.of(crossing)
-    seconds = times * mass.time
-    times = seconds / mass.time  # as who reads the plan has them
-    multipliers = np.zeros((2 + mass.walls, 2)) if bracket.multipliers is None else bracket.multipliers
-    if proof is None:
-        place = tuple(times.tolist())
-        proof = Proof("these" if mass.walls else "all", (Leaf(place, place, multipliers, place),))
-    bound = proved(maneuver, walls, proof, times)
-    peak, kept, distance = math.inf, False, math.inf
-    if motion is not None:
-        peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
-        if not check_motion(crossing, motion, seconds, peak).passed:
-            motion, peak = None, math.inf
-    if motion is not None:
-        keeps = keeping(maneuver, motion)
-        kept, distance = keeps.passed(maneuver), keeps.clearance
-    multipliers = optimal(mass, times, multipliers, peak / mass.unit)
-    status = status_of(maneuver, kept, peak, bound, proof.scope)
-    return Plan(maneuver, settings, status, motion, walls, seconds, distance, peak, bound, proof, multipliers, made)
-
-
-def status_of(maneuver: Maneuver, kept: bool, peak: float, bound: float, scope: Literal["all", "these"]) -> Status:
-    """The status of a plan: kept, whether there is a path and it keeps all that was asked; peak and bound [m/s^2]."""
-    limit = maneuver.max_peak or math.inf
-    if impossible(maneuver) is not None or (bound > limit and scope == "all"):
-        return "infeasible"
-    return "solved" if kept and peak <= limit else "unknown"
-
-
-def proved(maneuver: Maneuver, walls: tuple[Wall, ...], proof: Proof | WaysProof, times: Array) -> float:
-    """The lower bound [m/s^2] that a proof gives, evaluated anew, for a plan past these walls at scaled times (q,)."""
-    if isinstance(proof, WaysProof):
-        return proof.bound(maneuver)
-    mass = PointMass.of(maneuver.past(walls))
-    return proof.bound(mass, times) * mass.unit
-
-
-def peak_of(bracket: Bracket, circle: Disc | Polygon) -> float:
-    """A bound on |u| [scaled]: the circle's M, except that a circumscribed polygon reaches beyond its M."""
-    if isinstance(circle, Polygon) and circle.fit == "circumscribed":
-        return math.inf if bracket.control is None else float(np.max(np.hypot(*bracket.control.T)))
-    return bracket.upper

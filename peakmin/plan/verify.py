@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..geometry.trajectory import Trajectory
-from ..proofs.bounds import Proof, lower_bound
+from ..proofs.bounds import Proof
 from ..proofs.check import CHECK
-from ..proofs.double_integrator import PointMass
-from ..proofs.extremal import extremal, far_apart
-from ..proofs.sensitivity import without_idle
-from ..scenes.impossible import impossible
-from ..scenes.kept import Keeping, extent
+from ..scenes.kept import Kept
 from ..spec.control_set import Disc, Polygon
-from ..spec.reading import load, short
+from ..spec.reading import short
 from ..spec.settings import Bisection, Settings
-from .document import digest, of, read
-from .plan import Plan, proved, status_of
+from .arm_plan import ArmPlan
+from .document import ArmDocument, PointDocument, digest, made_of, stated
+from .found import status_of
+from .plan import Plan
 
-if TYPE_CHECKING:
-    from .arm_plan import ArmPlan
-
-NEARLY = 1e-7  # relative: how far the multipliers' own bound may be below the best at the plan's times
 SAME = 1e-9  # relative difference up to which a number counts as the one stated
 
 
@@ -33,7 +28,7 @@ SAME = 1e-9  # relative difference up to which a number counts as the one stated
 class Verification:
     """What was stated and found. `problems` is empty when all of it is so."""
 
-    plan: Plan | ArmPlan
+    plan: Plan
     peak: float
     lower_bound: float
     problems: tuple[str, ...]
@@ -47,70 +42,71 @@ class Verification:
         return f"Verification({'passed' if self.passed else 'failed'}, problems={self.problems}, plan={self.plan})"
 
 
+@np.errstate(all="ignore")  # a number that is none fails every comparison that it enters
 def verify(text: str | bytes) -> Verification:
-    """Recompute the motion's states, crossings and peak, the bound with its cover of all times, and the gap.
+    """Compute anew everything that a plan document states: states, crossings, peak, clearance, bound, gap.
 
     Args:
-        text: a plan document, as `Plan.to_json` or `peakmin solve --json` writes it.
+        text: a plan document, as `to_json` or `peakmin solve --json` writes it.
 
     Raises:
         SpecError: when the text is not a plan document.
     """
-    data, plan = load(text, finite=True), read(text)
-    mass, found = PointMass.of(plan.crossing), []
+    data, new = stated(text)
+    plan = plan_stated(new)
+    scene, found = plan.scene, []
     if data.get("digest") != digest(data):
         found.append("digest: the file is not as it was written")
-    motion, peak, keeps = plan.trajectory, math.inf, None
-    if motion is not None:
-        peak = motion.peak()
-        keeps = plan.keeping()
-        found += moved(plan, motion) + _kept(plan, keeps)
+    motion, kept = plan.trajectory, plan.kept
+    if motion is not None and kept is not None:
+        found += moved(plan, motion) + _kept(plan, kept)
     elif data["peak"] is not None or plan.status == "solved":
         found.append("status: there is no motion, so no peak and no solution")
-    bound = proved(plan.maneuver, plan.walls, plan.proof, plan.obstacle_times / mass.time)
-    found += bounded(plan, bound, impossible(plan.maneuver) is not None)
-    if (
-        isinstance(plan.proof, Proof)
-        and plan.scope == "these"
-        and any(leaf.low != leaf.high for leaf in plan.proof.leaves)
-    ):
+    bound = scene.bound(plan.proof, plan.crossing, plan.obstacle_times)
+    closed = math.isinf(bound) or scene.impossible() is not None
+    found += bounded(plan, bound, closed)
+    if isinstance(plan.proof, Proof) and plan.scope == "these" and any(x.low != x.high for x in plan.proof.leaves):
         found.append("scope: the proof has boxes, but claims these times only")
-    known = status_of(plan.maneuver, keeps is not None and keeps.passed(plan.maneuver), plan.peak, bound, plan.scope)
+    limit = plan.maneuver.limit
+    known = status_of(kept is not None and kept.passed and plan.peak <= limit, bound > limit, plan.scope, closed)
     if plan.status == "unknown" != known:  # the others are looked at where their reasons are
         found.append(f"status: unknown, but it is {known}")
-    found += _multipliers(plan, mass)
-    own = PointMass.of(plan.maneuver.past(()))  # not of walls that the file lists
-    units = {"position": own.length, "velocity": own.length / own.time, "acceleration": own.unit}
-    found += unlike(data, of(plan), units)
-    return Verification(plan, peak, bound, tuple(found))
+    found += plan.misstated()
+    found += unlike(_apart(new), _apart(plan.document()), plan.units)
+    return Verification(plan, math.inf if motion is None else motion.peak(), bound, tuple(found))
 
 
-def _multipliers(plan: Plan, mass: PointMass) -> list[str]:
-    """Whether a plan's multipliers are the best at its times: its sensitivities are made from them."""
-    times = plan.obstacle_times / mass.time
-    if not far_apart(times):
-        return []
-    own, best = lower_bound(mass, times, plan.multipliers), extremal(mass, times).lower
-    if not own >= (1 - NEARLY) * best:
-        return [f"multipliers: prove {own * mass.unit!r} m/s² at these times, others {best * mass.unit!r}"]
-    if without_idle(mass, times, plan.multipliers) is not plan.multipliers:
-        return ["multipliers: are of walls that can be left out"]
-    return []
+def plan_stated(data: Mapping[str, Any]) -> Plan | ArmPlan:
+    """The plan that a document of version 2 states, of either kind. Raises `SpecError` in one line."""
+    if data.get("kind") == "arm":
+        return made_of(ArmDocument, ArmPlan.stated_by, data)
+    return made_of(PointDocument, Plan.stated_by, data)
 
 
-def _kept(plan: Plan, keeps: Keeping) -> list[str]:
-    """Whether clearance, region and speed, computed anew, are as stated and, in a solved plan, as asked."""
+def _kept(plan: Plan, kept: Kept) -> list[str]:
+    """Whether the clearance, computed anew, is as stated, and what a solved plan does not keep."""
     found = []
-    room = SAME * max(abs(keeps.clearance), extent(plan.maneuver.past(())))
-    same = keeps.clearance == plan.clearance or abs(keeps.clearance - plan.clearance) <= room < math.inf
+    room = SAME * max(abs(kept.clearance), plan.size)
+    same = kept.clearance == plan.clearance or abs(kept.clearance - plan.clearance) <= room < math.inf
     if not same:
-        found.append(f"clearance: was stated as {plan.clearance!r}, the path has {keeps.clearance!r} m")
-    if plan.status == "solved" and not keeps.passed(plan.maneuver):
-        found.append("status: solved, but the path does not keep its obstacles, margin, region or speed")
+        found.append(f"clearance: was stated as {plan.clearance!r}, the path has {kept.clearance!r} m")
+    if plan.status == "solved":
+        found += [f"status: solved, but not all is kept ({one.words})" for one in kept.excesses]
+    if not plan.joined:
+        found.append("joints: do not lead from the start's configuration to the goal's")
     return found
 
 
-def unlike(data: dict[str, Any], again: dict[str, Any], units: dict[str, float]) -> list[str]:
+def _apart(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The document with the angles [rad] that a path's spline goes through beside it: their last digit may differ."""
+    path = data.get("path")
+    others = path.get("others") if isinstance(path, dict) else None
+    if not isinstance(path, dict) or not isinstance(others, list | tuple) or len(others) != 2:
+        return data
+    return {**data, "path": {**path, "others": others[0]}, "others": others[1]}
+
+
+def unlike(data: Mapping[str, Any], again: Mapping[str, Any], units: dict[str, float]) -> list[str]:
     """Fields that differ from a document written anew; those with units of their own may differ by rounding errors."""
     found = [f"{name}: must {'be left out' if name in data else 'be given'}" for name in sorted(set(data) ^ set(again))]
     for name in sorted(set(data) & set(again) - {"digest", "made"}):
@@ -130,7 +126,7 @@ def unlike(data: dict[str, Any], again: dict[str, Any], units: dict[str, float])
     return found
 
 
-def moved(plan: Plan | ArmPlan, motion: Trajectory) -> list[str]:
+def moved(plan: Plan, motion: Trajectory) -> list[str]:
     """What of goal, crossings and peak is not as stated, the control propagated anew."""
     result, found = plan.check(), []
     # each comparison is written so that a number that is none fails it
@@ -157,13 +153,13 @@ def _most(circle: Disc | Polygon) -> float:
     return 1 / math.cos(math.pi / (4 * circle.segments)) if isinstance(circle, Polygon) else 1.0
 
 
-def bounded(plan: Plan | ArmPlan, bound: float, closed: bool) -> list[str]:
+def bounded(plan: Plan, bound: float, closed: bool) -> list[str]:
     """What of the bound, and of the status that rests on it, is not so.
 
     Args:
         bound: the proof's, evaluated anew [m/s^2];  closed: whether a no is proved without it.
     """
-    found, limit = [], plan.maneuver.max_peak or math.inf
+    found, limit = [], plan.maneuver.limit
     if bound != plan.lower_bound and not abs(bound - plan.lower_bound) <= SAME * bound:
         found.append(f"lower_bound: was stated as {plan.lower_bound!r}, the proof gives {bound!r} m/s²")
     if plan.status == "solved" and plan.peak > limit:

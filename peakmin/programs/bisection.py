@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from ..deadline import over
 from ..proofs.bracket import Bracket, HoldProblem, Verdict
 from ..spec.settings import Bisection, Settings
 from ..types import Array
-
-if TYPE_CHECKING:
-    from .program import DirectProgram, FeasibilityProgram
+from .program import DirectProgram, FeasibilityProgram
 
 RELATIVE = 1e-6  # width of a bracket, relative to its upper end, at which it counts as closed
 MAX_STEPS = 1100  # halvings or doublings: from one end of the floats to the middle; a problem takes some 40

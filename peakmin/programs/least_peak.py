@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ..geometry.frame import Frame
+from ..geometry.norm import norm
 from ..geometry.trajectory import HoldTrajectory, Trajectory
 from ..proofs.bracket import Bracket
 from ..proofs.double_integrator import PointMass
@@ -16,7 +17,7 @@ from ..spec.maneuver import Maneuver
 from ..spec.settings import Aligned, Bisection, Exact, Settings
 from ..types import Array
 from .bisection import bisect, direct
-from .compiled import Count, Programs
+from .program import Count, DirectProgram, FeasibilityProgram, Programs
 
 COARSE = 100  # holds per segment of the program that proposes multipliers to the exact method
 
@@ -69,8 +70,6 @@ class LeastPeak:
 
     def _asked(self, times: Array) -> Bracket:
         """The bracket by a program."""
-        from .program import DirectProgram, FeasibilityProgram  # cvxpy takes a second to import
-
         if isinstance(self.settings.method, Bisection):
             feasibility = self._programs.take(FeasibilityProgram, *self._arguments, self.count)
             return bisect(feasibility, times, self.settings, self._hint, self.until)
@@ -90,10 +89,24 @@ class LeastPeak:
         control = bracket.control * self.mass.unit
         return HoldTrajectory(nodes, control, np.array(start.position), np.array(start.velocity))
 
+    def bound(self, times: Array) -> float:
+        """A bound [m/s^2] on |u| of the control found at these obstacle times [s]; infinite where there is none.
+
+        It is the circle's M, except that a circumscribed polygon reaches beyond its M.
+        """
+        bracket, circle = self(times), self.settings.circle
+        if isinstance(circle, Polygon) and circle.fit == "circumscribed":
+            control = bracket.control
+            return math.inf if control is None else float(np.max(norm(control))) * self.mass.unit
+        return bracket.upper * self.mass.unit
+
+    def peak(self, times: Array) -> float:
+        """The same, of the motion in SI units."""
+        motion = self.motion(times)
+        return max(self.bound(times), 0.0 if motion is None else motion.peak())
+
     def _propose(self, times: Array) -> Bracket:
         """The bracket at scaled times of a conic program on a coarse aligned grid."""
-        from .program import DirectProgram
-
         grid = Aligned(steps=COARSE * (1 + self.mass.walls))
         program = self._programs.take(DirectProgram, self.maneuver, Disc(), grid, self.count)
         return direct(program, times * self.mass.time, self.settings, self.until)

@@ -21,9 +21,10 @@ import math
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self, TypeVar
 
-import cvxpy as cp
 import numpy as np
 
 from ..deadline import left
@@ -34,7 +35,7 @@ from ..spec.control_set import Disc, Polygon
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Aligned, Uniform
 from ..types import Array
-from .compiled import Count
+from .convex import cp
 
 # Tighter than the solvers' defaults: the proofs take what accuracy there is and a bracket shows what is missing.
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -55,7 +56,31 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "SCS": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 20_000},
 }
 LIMITS = {"SCS": "time_limit_secs"}  # what else solvers call their `time_limit`
+MOST = 8  # programs that are kept; one of 20,000 holds takes some 100 MB
 LEAST_TIME = 0.1  # s: a solver is given no less, so that there is an answer at all
+
+
+@dataclass
+class Count:
+    """How much work the programs did."""
+
+    compilations: int = 0
+    solves: int = 0
+
+
+def hold_constraints(circle: Disc | Polygon, v: Any) -> list[Any]:
+    """cvxpy constraints that hold each row of v, (steps, d), in the shape: |v_k| <= 1, or a_j . v_k <= inradius."""
+    if circle.kind == "disc":
+        return [cp.SOC(np.ones(v.shape[0]), v, axis=1)]
+    return [v @ circle.normals.T <= circle.inradius]
+
+
+def hold_costate(circle: Disc | Polygon, constraints: list[Any]) -> Array | None:
+    """The p_k that the solved constraints' multipliers stand for, shape (steps, d), up to its sign."""
+    dual = constraints[0].dual_value
+    if circle.kind == "disc":
+        return None if dual is None or dual[1] is None else np.reshape(dual[1], (np.size(dual[0]), -1))
+    return None if dual is None else np.asarray(dual @ circle.normals)
 
 
 def options_of(solver: str, until: float = math.inf) -> dict[str, Any]:
@@ -87,7 +112,7 @@ class _Program(ABC):
         )
         self.v: Any = cp.Variable((grid.steps, 2), name="v")
         self.problem: Any = None
-        self._bound: list[Any] = self.circle.constraints(self.v)
+        self._bound: list[Any] = hold_constraints(self.circle, self.v)
         self._per_solver: dict[str, Any] = {}
 
     def turn_to(self, maneuver: Maneuver, count: Count) -> None:
@@ -219,7 +244,7 @@ class _Program(ABC):
         except (cp.SolverError, ValueError, ArithmeticError) as error:
             return Answer(status=f"failed: {error}")
         with np.errstate(all="ignore"):  # what is not finite then proves nothing
-            return Answer(self._control(), self.circle.hold_costate(self._bound), str(problem.status))
+            return Answer(self._control(), hold_costate(self.circle, self._bound), str(problem.status))
 
     @abstractmethod
     def _control(self) -> Array | None:
@@ -278,3 +303,43 @@ class DirectProgram(_Program):
         if self.v.value is None or self.kappa.value is None or not self.kappa.value > 0:
             return None
         return np.asarray(self.v.value / (self.kappa.value * self._size()))
+
+
+P = TypeVar("P", DirectProgram, FeasibilityProgram)
+
+
+class Programs:
+    """The programs of one thread, whose solves are handed them one after the other; those used last are kept.
+
+    `with` them: what was interrupted inside is not used again.
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[object, DirectProgram | FeasibilityProgram] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if kind is not None:
+            self._kept.clear()
+
+    def take(
+        self, kind: type[P], maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned, count: Count
+    ) -> P:
+        """The program of this kind for the maneuver; use it before the next is taken.
+
+        Args:
+            circle, grid: compiled in, as is the maneuver's `structure`.
+            count: where its work is counted.
+        """
+        key = kind, circle, grid, structure(maneuver)
+        program = self._kept.pop(key, None)
+        if not isinstance(program, kind):
+            program = kind(maneuver, circle, grid, count)
+        elif program.maneuver is not maneuver or program.count is not count:
+            program.turn_to(maneuver, count)
+        self._kept[key] = program
+        if len(self._kept) > MOST:
+            del self._kept[next(iter(self._kept))]
+        return program

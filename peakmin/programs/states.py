@@ -11,16 +11,17 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 
 from ..proofs.bracket import Bracket, HoldProblem
 from ..proofs.double_integrator import PointMass
 from ..spec.control_set import Disc, Polygon
-from ..types import Array
-from .program import options_of
+from ..types import Array, Index
+from .convex import cp
+from .program import hold_constraints, options_of
 
 SMALLEST = 1e-9  # kappa below which there is no answer
 
@@ -37,7 +38,7 @@ class StateProgram:
         self._size = 1.0 / (mass.floor(times) or 1.0)  # keeps the variable near one
         self.mass, self.kappa = mass, self._share * self._size
         v, b, rows = self._v, mass.targets(times), self._problem.rows
-        self.constraints: list[Any] = [*circle.constraints(v), rows[:2] @ v == self.kappa * b[:2]]
+        self.constraints: list[Any] = [*hold_constraints(circle, v), rows[:2] @ v == self.kappa * b[:2]]
         for i in range(mass.walls):
             s = cp.Variable(nonneg=True)
             beyond = s * mass.free[i] if mass.clear[i] else np.zeros(2)
@@ -53,7 +54,15 @@ class StateProgram:
             r[1:] == r[:-1] + cp.multiply(dt, speed[:-1]) + cp.multiply(dt**2 / 2, v),
         ]
 
-    def keep(self, planes: list[tuple[int, Array, float]]) -> None:
+    def inside(self, normals: Array, levels: Array) -> None:
+        """Ask for n . r >= c at every node, normals (k, d) and levels (k,) [scaled]."""
+        self.constraints.append(self.position @ normals.T >= self.kappa * levels)
+
+    def beyond(self, nodes: Index, normal: Array, level: float, room: Array) -> None:
+        """Ask for n . r_k >= c + room_k at some nodes, (k,), all [scaled]."""
+        self.constraints.append(self.position[nodes] @ normal - self.kappa * level >= self.kappa * room)
+
+    def keep(self, planes: Sequence[tuple[int, Array, float]]) -> None:
         """Ask for n . r_k >= c at nodes k, planes (k, n, c) with c in [m]."""
         if planes:
             normals = np.array([n for _, n, _ in planes])

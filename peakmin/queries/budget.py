@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..plan.plan import Plan, peak_of
+from ..plan.plan import Plan
 from ..programs.least_peak import LeastPeak
 from ..search.solve import solve
 from ..spec.control_set import Disc
@@ -87,7 +87,7 @@ def error_budget(
 
     def peak(**changes: object) -> float:
         least = LeastPeak(maneuver, Settings(**{**dict(settings), **changes}))
-        return float(peak_of(least(times), least.settings.circle) * least.mass.unit)
+        return least.bound(times)
 
     bisected = isinstance(settings.method, Bisection)
     direct = peak(method=Direct()) if bisected else plan.peak

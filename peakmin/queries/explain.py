@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..deadline import over
+from ..plan.plan import Plan
 from ..scenes.impossible import impossible
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Settings
@@ -93,6 +94,17 @@ def explain(
         )
     found = sorted(repairs(maneuver, fields, trials), key=lambda one: one.cost)
     return Explanation(fields, because, tuple(found), all_tried and not trials.over)
+
+
+def explained(plan: Plan) -> Explanation | None:
+    """Why a plan that is "infeasible" is so, and what would help; None for others."""
+    if plan.status != "infeasible":
+        return None
+    if plan.kind == "arm":
+        from .explain_arm import explain_arm
+
+        return explain_arm(plan, TIME_LIMIT)
+    return explain(plan.maneuver, plan.settings, proved=plan.lower_bound)
 
 
 def _entries(maneuver: Maneuver) -> list[str]:

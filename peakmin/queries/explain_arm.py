@@ -10,7 +10,7 @@ from ..deadline import over
 from ..plan.arm_plan import ArmPlan
 from ..robots.joint_space import FLOODS, flood
 from ..scenes.passages import passages
-from ..search.solve_arm import solve_arm
+from ..search.solve import solve as solve_arm
 from ..spec.arm import ArmManeuver, ArmTask
 from ..spec.settings import Settings
 from .explain import Explanation, fewest

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from ..errors import SpecError
 from ..plan.plan import Plan
-from ..programs.compiled import Programs
 from ..programs.least_peak import LeastPeak
+from ..programs.program import Programs
 from ..proofs.batch import extremals
 from ..proofs.bracket import Bracket
 from ..proofs.double_integrator import PointMass

@@ -13,10 +13,11 @@ import shapely
 
 from ..deadline import left, over
 from ..errors import SpecError
-from ..geometry.frame import Frame
 from ..proofs.branch_and_bound import least_over_times
-from ..proofs.double_integrator import PointMass
 from ..scenes.impossible import impossible, least_way
+from ..scenes.kinds import scene_of
+from ..search.held import Hold
+from ..search.job import Job
 from ..search.solve import solve
 from ..spec.control_set import Disc
 from ..spec.maneuver import Maneuver
@@ -121,13 +122,11 @@ class Trials:
         if maneuver.simple:
             quick = {"method": Exact()} if isinstance(self.settings.circle, Disc) else quick
             return self.solve(maneuver, self.settings.model_copy(update=quick))[0] == "solved"
-        from ..search.held import KeptProgram  # cvxpy takes a second to import
-
-        mass = PointMass.of(maneuver.past(maneuver.walls))
-        circle = self.settings.circle.facing(Frame.from_maneuver(maneuver).angle)
-        times = least_over_times(mass, 1e-3, until=self.until).times
-        kept = KeptProgram(maneuver, maneuver.walls, circle, Aligned(steps=COARSE), until=self.until).at(times)
-        return kept is not None and kept[1].upper * mass.unit <= (maneuver.max_peak or math.inf)
+        scene = scene_of(maneuver)
+        times = least_over_times(scene.mass, 1e-3, until=self.until).times
+        job = Job.begun(limited(self.settings, self.until), None, None)
+        held = Hold(scene, maneuver.past(maneuver.walls), job, steps=COARSE).at(times)
+        return held is not None and held.bracket.upper * scene.mass.unit <= maneuver.limit
 
     def repair(
         self,

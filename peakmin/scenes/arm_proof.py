@@ -18,69 +18,18 @@ Where start and goal lie in parts of the joint space that are proved apart (`rob
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal
 
-from ..proofs.bounds import Leaf, global_bound
-from ..proofs.double_integrator import PointMass
+from ..proofs.bounds import Leaf
 from ..robots.joint_space import Flood, flood
-from ..spec.arm import ArmManeuver
-from .passages import Edge, Line, Order, Passage, Through, Turned, passages
+from ..robots.workspace import Workspace
+from .passages import Edge, Line, Looks, Passage, Turned, Whole
+from .proof_tree import Branch, leaves_bound
 
-
-@dataclass(frozen=True)
-class Branch:
-    """Boxes of obstacle times that bound some paths' peak, and the classes that these paths fall into.
-
-    leaves: prove the bound of all of them;  line: by which they are split, or None;  children: for every gap and every
-    place in the order, None where a class is empty;  ends: which ends of its own gap a child counts;  dropped: which of
-    its conditions, its own included, a child does not look at.
-    """
-
-    leaves: tuple[Leaf, ...]
-    line: Line | None = None
-    children: tuple[Branch | None, ...] = ()
-    ends: tuple[bool, bool] = (True, True)
-    dropped: tuple[int, ...] = ()
-
-    def bound(self, passage: Passage, order: Order) -> float:
-        """The bound [m/s^2] of the paths with this order, evaluated anew; infinite where there are none."""
-        own = leaves_bound(passage, order, self.leaves)
-        if self.line is None or math.isinf(own) or not passage.parts(self.line):
-            return own
-        classes = split(passage, order, self.line)
-        if len(classes) != len(self.children):
-            return own
-        below = [
-            (math.inf if passage.past(whole) is None else 0.0)
-            if child is None
-            else child.bound(passage, looked_at(whole, place, child.ends, child.dropped))
-            for (place, whole), child in zip(classes, self.children, strict=True)
-        ]
-        return max(own, min(below, default=math.inf))
-
-
-def leaves_bound(passage: Passage, paths: Order | Turned, leaves: tuple[Leaf, ...]) -> float:
-    """What boxes prove of these paths [m/s^2]; infinite where there are none."""
-    past = passage.past(paths)
-    if past is None:
-        return math.inf
-    mass = PointMass.of(past)
-    return global_bound(mass, leaves) * mass.unit
-
-
-def split(passage: Passage, order: Order, line: Line) -> list[tuple[int, Order]]:
-    """The classes by the gap of one more line and its place among the conditions: (place, order)."""
-    return [
-        (place, (*order[:place], Through(line, gap, (True, True)), *order[place:]))
-        for gap in range(len(passage.gaps(line)))
-        for place in passage.places(order, line)
-    ]
-
-
-def looked_at(order: Order, place: int, ends: tuple[bool, bool], dropped: tuple[int, ...]) -> Order:
-    """A class with these ends of one gap counted alone, and without some of its conditions: weaker, never stronger."""
-    return tuple(replace(one, ends=ends) if k == place else one for k, one in enumerate(order) if k not in dropped)
+Lined = Branch[Line, Looks]  # split by one line after the other
+ALL = Whole(0, ())  # every path of a passage
 
 
 @dataclass(frozen=True)
@@ -99,7 +48,7 @@ class Touching:
         """The bound [m/s^2], evaluated anew."""
         if len(self.leaves) != len(self.paths):
             return 0.0
-        return min(leaves_bound(passage, one, own) for one, own in zip(self.paths, self.leaves, strict=True))
+        return min(leaves_bound(passage.past(one), own) for one, own in zip(self.paths, self.leaves, strict=True))
 
 
 @dataclass(frozen=True)
@@ -109,9 +58,9 @@ class PassageProof:
     """
 
     indices: tuple[int, int]
-    kept: Branch | None
+    kept: Lined | None
     touching: tuple[Touching, ...]
-    whole: Branch | None
+    whole: Lined | None
 
     def bound(self, passage: Passage, flooded: Flood | None = None) -> float:
         """The bound [m/s^2], evaluated anew; zero where some motion is left out.
@@ -120,12 +69,12 @@ class PassageProof:
         More than two links: by the centre of mass's maneuver alone, whatever stands in the way.
         """
         if passage.workspace.chain.links > 2:
-            return 0.0 if self.whole is None else leaves_bound(passage, (), self.whole.leaves)
-        every = 0.0 if self.whole is None else self.whole.bound(passage.whole, ())
+            return 0.0 if self.whole is None else leaves_bound(passage.past(()), self.whole.leaves)
+        every = 0.0 if self.whole is None else self.whole.bound(passage.whole, ALL)
         around = all(self._around(edge) for edge in passage.edges)
         parts = [one.bound(passage) for one in self.touching] if around else [0.0]
         if passage.keeps and not (flooded is not None and flooded.parts(passage.theta, passage.elbow)):
-            parts.append(0.0 if self.kept is None else self.kept.bound(passage, ()))
+            parts.append(0.0 if self.kept is None else self.kept.bound(passage, ALL))
         return max(every, min(parts))
 
     def _around(self, edge: Edge) -> bool:
@@ -149,11 +98,15 @@ class ArmProof:
     cells: int = 0
     scope: Literal["all"] = "all"
 
-    def bound(self, maneuver: ArmManeuver) -> float:
-        """The lower bound [m/s^2], evaluated anew; zero where some motion is left out, infinite where there is none."""
-        least, own, workspace = math.inf, {one.indices: one for one in self.passages}, maneuver.workspace
+    def bound(self, workspace: Workspace, every: Mapping[tuple[int, int], Passage]) -> float:
+        """The lower bound [m/s^2], evaluated anew; zero where some motion is left out, infinite where there is none.
+
+        Args:
+            every: all passages, by the indices of their configurations.
+        """
+        least, own = math.inf, {one.indices: one for one in self.passages}
         flooded = flood(workspace, self.cells) if self.cells else None
-        for passage in passages(maneuver, workspace):
+        for passage in every.values():
             if flooded is not None and flooded.parts(passage.theta):
                 continue
             proof = own.get(passage.indices)

@@ -1,300 +1,252 @@
-"""The ways past blocks, seen in the frame of the maneuver (start at the origin, goal at (D, 0)).
+"""Classes of paths past blocks: by the gaps they go through, strip by strip, and the proof that covers all of them.
 
-Vertical lines through all corners cut 0 <= x <= D into strips; in a strip the free part falls into gaps, each between
-two edges: a trapezoid. Let a_k be the last time at which a path crosses the left end of strip k, and b_k the first time
-after it at the right end. From a_k to b_k it is in the strip, and hence in one gap; b_k <= a_{k+1}; and what it does in
-between stays to the right of the left end of strip k. So every free path has a way: a gap for each strip, the next one
-to be reached from it without going back. It crosses any line put into a strip, or at either end of it, within its gap
-there, in order. These are necessary conditions, of every free path without exception, also of one that turns back on
-its way and goes forward again elsewhere. That a path keeps to 0 <= x <= D is not, and nothing here says so.
-
-A lower bound over all ways past blocks, as a proof that can be checked again: a branch for every way.
+On each line that is looked at, a wall leaves the hull of the gaps free. The least peak past these walls bounds every
+path with such a way. Where its path leaves the hull, a line is put in at the worst place; where it is in the hull but
+in no gap, the class falls into one for each gap of that strip.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import Any, Literal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
-from ..errors import SpecError
-from ..geometry.frame import Frame
-from ..geometry.trapezoids import Gap, Interval, edges_of, heights, lines_through, snapped, trapezoids
-from ..proofs.bounds import Leaf, global_bound
-from ..proofs.double_integrator import PointMass
+from ..geometry.norm import norm
+from ..geometry.trajectory import Trajectory
+from ..proofs.bounds import Leaf
 from ..spec.maneuver import Maneuver
-from ..spec.obstacles import Block, Wall
+from ..spec.spec import MOST_CERTIFIED
 from ..types import Array
+from .cells import Cells, Line, Way
+from .kept import Keeping
+from .proof_tree import Branch, leaves_bound
+from .scene import Again, Bounded, Manner, Plane, Samples
 
-SAME = 1e-12  # of the scene's extent: gaps that overlap by minus this much meet
-WIDE = 100.0  # times the way's length: what is further away does not tell how large the scene is
-GRAIN = 1e-12  # of the way's length: lines closer than this are one
-ULPS = 8  # of the start's and the goal's coordinates, by which given corners may be off
+SNAP = 0.05  # of a strip: a line this close to the strip's end is put there, where the corner is
+NEAR = 0.03  # of the way: lines closer than this replace each other
+IDLE = 1e-6  # of the largest multiplier
+FEW = 3  # samples in a strip, below which its ends are looked at
+LEVEL = 1e-6  # relative: places that are so nearly as far off as each other count as equal
+SHALLOW = 1e-7  # of the scene: a path no deeper in a block is left to be raised
+BOXES, MORE = 80, 10  # of obstacle times at first, for one wall; times as many where a class's own gap is left
 
-Way = tuple[tuple[int, ...], ...]  # the gaps that are left in each strip, by their numbers from below
-Line = tuple[float, int]  # its x [m] and the strip whose gap it is crossed in: at a strip's end there is a choice
+Lines = tuple[Line, ...]
 
 
 @dataclass(frozen=True)
-class Cells:
-    """All strips and gaps of a maneuver with blocks."""
+class WayClass:
+    """The paths with one of these ways, and the lines on which they are looked at."""
 
-    maneuver: Maneuver
+    way: Way
+    lines: Lines
 
-    @staticmethod
-    @lru_cache(maxsize=4)
-    def of(maneuver: Maneuver) -> Cells:
-        """Those of a maneuver, made once for its search and its proof."""
-        return Cells(maneuver)
 
-    @cached_property
-    def frame(self) -> Frame:
-        return Frame.from_maneuver(self.maneuver)
+@dataclass(frozen=True)
+class Outside:
+    """depth: how far [m] a path is from any gap, in `strip`;  hull: from the hull of the gaps, at `line`."""
 
-    @cached_property
-    def length(self) -> float:
-        """D [m]."""
-        return math.hypot(*(np.array(self.maneuver.goal.position) - np.array(self.maneuver.start.position)))
+    depth: float = 0.0
+    strip: int = 0
+    hull: float = 0.0
+    line: Line = (0.0, 0)
 
-    @cached_property
-    def rings(self) -> list[list[Array]]:
-        """For each block the corners in the frame, (n, 2), of what its margin keeps out, and of its holes."""
-        margin, start = self.maneuver.margin, self.maneuver.start.position
-        return [[self.frame.vector(ring) for ring in block.grown(margin, start)] for block in self.maneuver.blocks]
 
-    @cached_property
-    def size(self) -> float:
-        """Of what a path can meet [m]: of everything there is, if that is not very far away."""
-        return min(self.extent, WIDE * self.length) or self.extent
+@dataclass(frozen=True)
+class BlockClasses:
+    """The classes of paths past the blocks of one maneuver. A part is a way, None where none leads through; a cut is
+    the strip whose gaps are told apart; what is looked at are lines.
+    """
 
-    @cached_property
-    def extent(self) -> float:
-        """Of everything there is [m]."""
-        return max([self.length, *(float(np.max(np.abs(ring))) for rings in self.rings for ring in rings)])
-
-    @cached_property
-    def solid(self) -> list[Array]:
-        """The rings of all blocks together, (n, 2) each: a point is in a block where it is inside an odd number."""
-        import shapely
-
-        parts = [shapely.Polygon(rings[0], rings[1:]) for rings in self.rings]
-        joined = shapely.unary_union(parts)
-        polygons = [part for part in getattr(joined, "geoms", [joined]) if part.geom_type == "Polygon"]
-        return [np.array(ring.coords)[:-1] for p in polygons for ring in (p.exterior, *p.interiors)]
-
-    @cached_property
-    def grain(self) -> float:
-        """How far corners may be off in x [m], by rounding errors of what is given."""
-        states = self.maneuver.start, self.maneuver.goal
-        largest = max(abs(x) for state in states for x in state.position)
-        return GRAIN * self.length + ULPS * math.ulp(largest)
+    cells: Cells
+    keeping: Callable[[Trajectory], Keeping]
+    manner = Manner(samples=2000, deep=0.05, first_lift=1e-8, lifts=8, patience=12, worth=0.9, waiting=True)
 
     @property
-    def _one_sided(self) -> list[tuple[Block, list[Array]]]:
-        """The blocks that are passed on one side only, with their rings."""
-        every = zip(self.maneuver.blocks, self.rings, strict=True)
-        return [(block, rings) for block, rings in every if block.side != "either"]
+    def size(self) -> float:
+        """[m]"""
+        return self.cells.size
 
-    @cached_property
-    def sided(self) -> list[tuple[Block, Array]]:
-        """Those with their edges (E, 4)."""
-        lines = np.array(self.lines)
-        return [(block, edges_of([snapped(ring, lines) for ring in rings])) for block, rings in self._one_sided]
+    @property
+    def first(self) -> tuple[Way | None, Lines]:
+        """Every way, looked at on the lines of the user's own walls."""
+        return self.cells.ways, ()
 
-    @cached_property
-    def walls(self) -> list[tuple[float, Wall]]:
-        """The user's walls in the order met, with their x; each stands across the way."""
-        out = []
-        for i, wall in enumerate(self.maneuver.obstacles):
-            if not isinstance(wall, Wall):
-                continue
-            across = self.frame.vector(wall.direction) / math.hypot(*wall.direction)
-            x, _ = self.frame.position(wall.tip)
-            if abs(across[0]) > 1e-9 or not 0 < x < self.length:
-                raise SpecError(
-                    f"maneuver.obstacles[{i}]: was a wall from {list(wall.tip)} along {list(wall.direction)}, must "
-                    "stand square across the way between start and goal where there are blocks (or be a block itself)"
-                )
-            if wall.contact == "touch":
-                raise SpecError(f"maneuver.obstacles[{i}].contact: was 'touch', must be 'clear' where there are blocks")
-            out.append((float(x), wall))
-        return out
+    def past(self, one: WayClass, lift: float = 0.0) -> Maneuver | None:
+        return self.cells.maneuver_past(one.way, one.lines, lift)
 
-    @cached_property
-    def lines(self) -> list[float]:
-        """The x of all strips' ends, 0 and D included."""
-        sided = [ring for _, rings in self._one_sided for ring in rings]
-        corners = [x for ring in (*self.solid, *sided) for x in ring[:, 0].tolist()]
-        return lines_through(corners, [x for x, _ in self.walls], self.length, self.grain)
+    def splits(self, one: WayClass, cut: int) -> bool:
+        return 0 <= cut < len(one.way)
 
-    @cached_property
-    def gaps(self) -> list[list[Gap]]:
-        """For each strip its gaps from below, without those on a side that a block does not allow."""
-        lines = np.array(self.lines)
-        every = trapezoids(edges_of([snapped(ring, lines) for ring in self.solid]), lines)
-        return [[gap for gap in gaps if self._allowed(gap)] for gaps in every]
+    def parts(self, one: WayClass, cut: int) -> list[Way | None]:
+        """For each gap of a strip the ways through it."""
+        return [self.cells.through((*one.way[:cut], (gap,), *one.way[cut + 1 :])) for gap in one.way[cut]]
 
-    def _allowed(self, gap: Gap) -> bool:
-        """Whether no block that has a side is between the gap and that side: what is above its top is wholly so."""
-        x, room = 0.5 * (gap.across[0] + gap.across[1]), SAME * self.extent
-        low, high = gap.at(x)
-        for block, edges in self.sided:
-            there = edges[(edges[:, 0] < x) & (x < edges[:, 2])]
-            section = heights(there, np.full(len(there), x))
-            if len(section) and (
-                (block.side == "left" and high < np.max(section) - room)
-                or (block.side == "right" and low > np.min(section) + room)
-            ):
-                return False
+    def seen(self, part: Way | None, looks: Lines) -> WayClass | None:
+        return None if part is None else WayClass(part, looks)
+
+    def empty(self, part: Way | None) -> bool:
+        return part is None or self.past(WayClass(part, ())) is None
+
+    @property
+    def motions(self) -> bool:
         return True
 
-    @cached_property
-    def ways(self) -> Way | None:
-        """Every way: the gaps through which one leads, or None where none does.
+    def samples(self, one: WayClass, motion: Trajectory) -> Samples:
+        """Samples of a path in the frame of the way."""
+        n = self.manner.samples
+        places = self.cells.frame.position(motion.position(self.cells.maneuver.duration * np.arange(n + 1) / n))
+        return Samples(places, self.outside(one.way, places).depth)
 
-        A path that keeps the region has no gap that lies outside of it. Where this leaves none, all of them are given.
-        """
-        every = tuple(tuple(range(len(gaps))) for gaps in self.gaps)
-        inside = tuple(
-            tuple(g for g in kept if self._in_region(gaps[g])) for gaps, kept in zip(self.gaps, every, strict=True)
-        )
-        return self.through(inside) or self.through(every)
+    def crossings(self, one: WayClass, path: Samples) -> Array:
+        along = path.places[:, 0]
+        return np.array([np.argmax(along >= x) for x, _ in self.cells.marks(one.way, one.lines)]) / self.manner.samples
 
-    @cached_property
-    def _region(self) -> tuple[Any, float] | None:
-        """The region in the frame, a polygon, and the extent of it and of everything else [m]; or None."""
-        import shapely
+    def boxes(self, walls: int, more: bool) -> int:
+        """Each box takes longer the more walls there are, and another line may do more."""
+        return (MORE if more else 1) * max(BOXES // max(walls, 1) ** 2, 4)
 
-        if self.maneuver.region is None:
-            return None
-        corners = self.frame.position(np.array(self.maneuver.region))
-        return shapely.Polygon(corners), max(self.extent, float(np.max(np.abs(corners))))
+    def short(self, motion: Trajectory) -> float:
+        kept = self.keeping(motion)
+        return -min(kept.walls, kept.blocks)
 
-    def _in_region(self, gap: Gap) -> bool:
-        """Whether a path that keeps the region can be in the gap, but for rounding errors."""
-        import shapely
+    def quick_short(self, motion: Trajectory) -> float:
+        return 0.0
 
-        if self._region is None:
-            return True
-        region, extent = self._region
-        (a, c), (b, d) = (np.clip(ends, -2 * extent, 2 * extent) for ends in (gap.low, gap.high))
-        x, y = gap.across
-        there = shapely.Polygon([(x, a), (y, c), (y, d), (x, b)])
-        return bool(there.distance(region) <= SAME * extent + self.grain)
+    def step(self, here: Bounded[WayClass], path: Samples, until: float) -> Again[Lines] | int | None:
+        outside, room = self.outside(here.one.way, path.places), SHALLOW * self.size
+        few = len(here.past.walls) < MOST_CERTIFIED
+        if outside.hull > room and few and outside.line not in here.one.lines:
+            return Again(self._with(here, outside.line))
+        if outside.depth > room and len(here.one.way[outside.strip]) > 1:
+            return outside.strip
+        return None
 
-    def through(self, way: Way) -> Way | None:
-        """The way without gaps that lead nowhere; None where nothing is left."""
-        kept = [list(gaps) for gaps in way]
-        for k in range(1, len(kept)):
-            reached = {h for g in kept[k - 1] for h in self.follow[k - 1][g]}
-            kept[k] = [h for h in kept[k] if h in reached]
-        for k in range(len(kept) - 2, -1, -1):
-            after = set(kept[k + 1])
-            kept[k] = [g for g in kept[k] if not after.isdisjoint(self.follow[k][g])]
-        return tuple(map(tuple, kept)) if all(kept) else None
-
-    @cached_property
-    def follow(self) -> list[list[frozenset[int]]]:
-        """For each gap of each strip but the last those of the next that are reached without leaving to its left."""
-        last = len(self.gaps) - 1
-        label = [0] * len(self.gaps[last])  # beyond the goal's line everything may be connected
-        out: list[list[frozenset[int]]] = []
-        for k in range(last - 1, -1, -1):
-            own = list(range(-1, -1 - len(self.gaps[k]), -1))
-            for g, h in self._met(k):
-                old, new = own[g], label[h]
-                own = [new if name == old else name for name in own]
-                label = [new if name == old else name for name in label]
-            out.append([frozenset(h for h, name in enumerate(label) if name == own[g]) for g in range(len(own))])
-            names = {name: i for i, name in enumerate(dict.fromkeys(own))}
-            label = [names[name] for name in own]
-        return out[::-1]
-
-    def _met(self, k: int) -> list[tuple[int, int]]:
-        """Which gaps of a strip and of the next have a point of the line between them in common."""
-        x, room, out = self.lines[k + 1], SAME * self.extent, []
-        before, after = ([self._past_walls(x, *gap.at(x)) for gap in self.gaps[i]] for i in (k, k + 1))
-        for g, (a, b) in enumerate(before):
-            for h, (c, d) in enumerate(after):
-                if min(b, d) >= max(a, c) - room:
-                    out.append((g, h))
+    def planes(self, way: Way, positions: Array, room: float) -> list[Plane]:
+        """For every node, positions (n, 2) [m], the edges of the gap of the way that it is over or nearest to."""
+        out: list[Plane] = []
+        frame, lines = self.cells.frame, self.cells.lines
+        for node, (x, y) in enumerate(frame.position(positions)):
+            if not 0 < x < self.cells.length:
+                continue
+            for k in {int(np.searchsorted(lines, x + shift)) - 1 for shift in (-room, room)}:
+                if not 0 <= k < len(way):
+                    continue
+                sections = [(g, self.cells.gaps[k][g].at(x)) for g in way[k]]
+                best = min(sections, key=lambda one: max(one[1][0] - y, y - one[1][1]))[0]
+                gap = self.cells.gaps[k][best]
+                for sign, (begin, end) in ((1, gap.low), (-1, gap.high)):
+                    if math.isfinite(begin):
+                        step = np.array([gap.across[1] - gap.across[0], end - begin])
+                        normal = sign * np.array([-step[1], step[0]]) / np.hypot(*step)
+                        turned = frame.vector_back(normal)
+                        level = float(turned @ frame.position_back([gap.across[0], begin])) + room
+                        out.append(Plane(node, turned, level))
         return out
 
-    def _past_walls(self, x: float, low: float, high: float) -> Interval:
-        """What the user's wall at x, if there is one, leaves of an interval there."""
-        for at, wall in self.walls:
-            if at == x:
-                a, b = self._free(wall)
-                low, high = max(low, a), min(high, b)
-        return low, high
+    def child(
+        self,
+        part: Way | None,
+        above: Bounded[WayClass],
+        path: Samples,
+        solve: Callable[[Lines], Bounded[WayClass]],
+    ) -> tuple[Lines, Bounded[WayClass]]:
+        """A part on the lines of the class it is of, and one where its path is outside of all that the part leaves."""
+        assert part is not None
+        there = self.outside(part, path.places)
+        lines = self._with(above, there.line) if there.hull > SHALLOW * self.size else above.one.lines
+        return lines, solve(lines)
 
-    def _free(self, wall: Wall) -> Interval:
-        """Where a wall across the way lets the path through."""
-        tip = float(self.frame.position(wall.tip)[1])
-        up = float(self.frame.vector(wall.direction)[1]) < 0
-        far = math.inf if wall.opening is None else wall.opening
-        return (tip, tip + far) if up else (tip - far, tip)
+    def _with(self, here: Bounded[WayClass], line: Line) -> Lines:
+        """The lines that matter and this one, in place of those close to it unless it has been tried already.
 
-    def interval(self, way: Way, line: Line) -> Interval:
-        """Where a path with one of these ways crosses the line: the hull of the gaps', and of any wall there."""
-        x, k = line
-        sections = [self.gaps[k][g].at(x) for g in way[k]]
-        return self._past_walls(x, min(s[0] for s in sections), max(s[1] for s in sections))
-
-    @cached_property
-    def fixed(self) -> list[Line]:
-        """The lines of the user's walls."""
-        return [(x, self.lines.index(x) - 1) for x, _ in self.walls]
-
-    def has(self, line: Line) -> bool:
-        """Whether there is such a line: strictly between start and goal, in its strip or at its end."""
-        x, k = line
-        return 0 <= k < len(self.gaps) and self.lines[k] <= x <= self.lines[k + 1] and 0 < x < self.length
-
-    def wall(self, interval: Interval, x: float) -> Wall | None:
-        """The wall, seen from outside, that leaves this interval of the line at x free; None where all of it is."""
-        low, high = interval
-        if math.isinf(low) and math.isinf(high):
-            return None
-        up = math.isfinite(low)
-        tip = self.frame.position_back([x, low if up else high])
-        direction = self.frame.vector_back([0.0, -1.0 if up else 1.0])
-        opening = high - low if up and math.isfinite(high) else None
-        if opening is not None and opening <= self.grain:
-            return Wall(tip=tip, direction=direction, contact="touch")
-        return Wall(tip=tip, direction=direction, opening=opening)
-
-    def maneuver_past(self, way: Way, lines: Sequence[Line], lift: float = 0.0) -> Maneuver | None:
-        """The maneuver with walls on these lines and the user's own; None where an interval is empty.
-
-        Args:
-            lift: by how much the intervals are narrowed at every finite end [m].
+        Around a rounded corner the one line that is needed is so found; lines side by side make times coincide.
         """
-        walls = []
-        for line in sorted({*lines, *self.fixed}):
-            low, high = self.interval(way, line)
-            if high - low > SAME * self.extent or lift == 0:
-                low, high = low + lift, high - lift
-            if high < low - SAME * self.extent:
-                return None
-            wall = self.wall((low, max(low, high)), line[0])
-            if wall is not None:
-                walls.append(wall)
-        return self.maneuver.past(walls)
+        lines = [other for other in self._pushing(here) if other != line]
+        if not _tried(here, line):
+            lines = [other for other in lines if abs(other[0] - line[0]) > NEAR * self.cells.length]
+        return (*lines, line)
 
-    def marks(self, way: Way, lines: Sequence[Line]) -> list[Line]:
-        """The lines of the walls that `maneuver_past` puts up, in order."""
-        every = sorted({*lines, *self.fixed})
-        return [line for line in every if any(map(math.isfinite, self.interval(way, line)))]
+    def _pushing(self, here: Bounded[WayClass]) -> Lines:
+        """The lines whose walls matter to the class's path; without the others it is the same."""
+        size = norm(here.certificate.best.multipliers)
+        push = size[2:] > IDLE * np.max(size)
+        marks = self.cells.marks(here.one.way, here.one.lines)
+        return tuple(x for x, pushes in zip(marks, push, strict=True) if pushes)
+
+    def outside(self, way: Way, places: Array) -> Outside:
+        """Where a path is furthest from the gaps, and where a line with the hull of the gaps would move it most."""
+        cells, worst = self.cells, Outside()
+        for k, (left, right) in enumerate(zip(cells.lines, cells.lines[1:], strict=False)):
+            there = self._in_strip(places, left, right)
+            if not len(there) or not way[k]:
+                continue
+            x, y = there.T
+            sections = [cells.gaps[k][g].at(x) for g in way[k]]
+            low, high = (np.array([np.broadcast_to(ends[i], x.shape) for ends in sections]) for i in (0, 1))
+            depth = np.min(np.maximum(np.maximum(low - y, y - high), 0.0), axis=0)
+            at = int(np.argmax(depth))
+            if depth[at] > worst.depth:
+                worst = replace(worst, depth=float(depth[at]), strip=k)
+            off = np.maximum(np.maximum(np.min(low, axis=0) - y, y - np.max(high, axis=0)), 0.0)
+            # where a path runs along an edge, all of it is as far off: then where a corner is
+            furthest = np.flatnonzero(off >= np.max(off) * (1 - LEVEL))
+            at = int(furthest[np.argmin(np.minimum(x[furthest] - left, right - x[furthest]))])
+            if off[at] > worst.hull:
+                worst = replace(worst, hull=float(off[at]), line=(self._snapped(float(x[at]), left, right), k))
+        return worst
+
+    def _in_strip(self, places: Array, left: float, right: float) -> Array:
+        """The places (m, 2) of a path between two lines, and between start and goal."""
+        x, length = places[:, 0], self.cells.length
+        there = places[(x >= left) & (x <= right) & (x > 0) & (x < length)]
+        if len(there) < FEW:  # a strip so thin that a path crosses it between two samples
+            there = np.concatenate([there, *(_crossings(places, x) for x in (left, right) if 0 < x < length)])
+        return there
+
+    def _snapped(self, x: float, left: float, right: float) -> float:
+        near = SNAP * (right - left)
+        if x - left < near and left > 0:
+            return left
+        if right - x < near and right < self.cells.length:
+            return right
+        return x
+
+
+def _tried(here: Bounded[WayClass] | None, line: Line) -> bool:
+    """Whether the line was put in on the way here."""
+    while here is not None:
+        if line in here.one.lines:
+            return True
+        here = here.before
+    return False
+
+
+def _crossings(path: Array, x: float) -> Array:
+    """Where a path through samples (n, 2) crosses the line at x, (m, 2)."""
+    k = np.flatnonzero((path[:-1, 0] < x) != (path[1:, 0] < x))
+    share = (x - path[k, 0]) / (path[k + 1, 0] - path[k, 0])
+    return np.stack([np.full(len(k), x), path[k, 1] + share * (path[k + 1, 1] - path[k, 1])], axis=1)
 
 
 @dataclass(frozen=True)
-class Branch:
-    """Part of the proof: every path with this way has at least the peak that the leaves prove.
+class BlockProof:
+    """Why no free path has a smaller peak: a tree of branches over every way past the blocks."""
+
+    root: Branch[int, Lines]
+    scope: Literal["all"] = "all"
+
+    def bound(self, classes: BlockClasses) -> float:
+        """The lower bound [m/s^2], evaluated anew; zero where there is no way at all."""
+        bound = self.root.bound(classes, classes.cells.ways)
+        return bound if math.isfinite(bound) else 0.0
+
+
+@dataclass(frozen=True)
+class ListedBranch:
+    """Part of a listed proof: every path with this way has at least the peak that the leaves prove.
 
     way: gaps left, by strip;  lines: where walls were put;  leaves: boxes of obstacle times.
     """
@@ -306,23 +258,19 @@ class Branch:
     def bound(self, cells: Cells) -> float:
         """The bound [m/s^2], evaluated anew; infinite where no path has such a way."""
         way = cells.through(self.way)
-        past = None if way is None else cells.maneuver_past(way, self.lines)
-        if past is None:
-            return math.inf
-        mass = PointMass.of(past)
-        return global_bound(mass, self.leaves) * mass.unit
+        return leaves_bound(None if way is None else cells.maneuver_past(way, self.lines), self.leaves)
 
 
 @dataclass(frozen=True)
-class WaysProof:
-    """Why no free path has a smaller peak: branches that cover every way past the blocks."""
+class ListedProof:
+    """The same as plan files of version 1 state it: a list of branches that cover every way past the blocks."""
 
-    branches: tuple[Branch, ...]
+    branches: tuple[ListedBranch, ...]
     scope: Literal["all"] = "all"
 
-    def bound(self, maneuver: Maneuver) -> float:
+    def bound(self, classes: BlockClasses) -> float:
         """The lower bound [m/s^2], evaluated anew; zero where the branches leave a way out."""
-        cells = Cells.of(maneuver)
+        cells = classes.cells
         if not covered(cells, [branch.way for branch in self.branches], cells.ways):
             return 0.0
         bound = min((branch.bound(cells) for branch in self.branches), default=0.0)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,31 +19,60 @@ ROOM = 1e-9  # of the scene's size: how close to a tip a crossing counts as bein
 GRAIN = 1e-12  # relative: rounding errors of positions on the region's edge and of speeds at their bound
 ENDS = 1e-7  # of the way
 FAR = 1e3  # of the scene's size: how far behind a block it counts as closed at least
+Closed = Callable[[float], tuple[Array, ...]]  # `closed_behind` by how far away
 CHORDS = 20_000  # of a continuous control's path; what bends between them is charged in full
 
 
 @dataclass(frozen=True)
-class Keeping:
-    """clearance: distance from walls and blocks [m], negative inside;  walls: from walls alone;  blocks: from blocks
-    less the margin [m], from what lies behind blocks whose side is given, and from where blocks meet;  region:
-    from the region's edge [m], negative outside;  speed: the largest [m/s]. Infinite or zero where nothing is asked.
+class Excess:
+    """What is not kept: the entry of the spec, by how much of which unit, and the same in words."""
+
+    field: str
+    amount: float
+    unit: str
+    words: str
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What a motion keeps of all that was asked, at every instant.
+
+    clearance: least distance from any obstacle [m], negative inside;  at: where it is about reached [s], NaN where that
+    is not known;  excesses: what is not kept.
     """
 
     clearance: float
-    walls: float
+    at: float
+    excesses: tuple[Excess, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all of it is kept."""
+        return not self.excesses
+
+    def of(self, field: str) -> float:
+        """By how much an entry is not kept, in its unit; zero where it is."""
+        return max((one.amount for one in self.excesses if one.field == field), default=0.0)
+
+
+@dataclass(frozen=True)
+class Keeping:
+    """clearance: distance from walls and blocks [m], negative inside;  each_wall: from every wall, by its place among
+    the obstacles;  blocks: from blocks less the margin [m], from what lies behind blocks whose side is given, and from
+    where blocks meet;  region: from the region's edge [m], negative outside;  speed: the largest [m/s]. Infinite or
+    zero where nothing is asked.
+    """
+
+    clearance: float
+    each_wall: dict[int, float]
     blocks: float
     region: float
     speed: float
 
-    def passed(self, maneuver: Maneuver) -> bool:
-        """Whether the maneuver's obstacles, margin, region and bound on the speed are kept."""
-        there = np.array([maneuver.goal.position, *(maneuver.region or ())]) - np.array(maneuver.start.position)
-        return bool(
-            self.walls >= 0
-            and self.blocks >= 0
-            and self.region >= -GRAIN * float(np.max(np.abs(there)))
-            and self.speed <= (math.inf if maneuver.max_speed is None else maneuver.max_speed * (1 + GRAIN))
-        )
+    @property
+    def walls(self) -> float:
+        """From the walls alone [m]."""
+        return min(self.each_wall.values(), default=math.inf)
 
 
 def extent(maneuver: Maneuver) -> float:
@@ -58,13 +86,43 @@ def extent(maneuver: Maneuver) -> float:
     return float(np.max(np.abs(np.array(points) - start))) or 1.0
 
 
-def keeping(maneuver: Maneuver, motion: Trajectory) -> Keeping:
-    """What a motion [SI] keeps of a maneuver's obstacles, region and speed."""
-    walls = min(wall_clearances(maneuver, motion).values(), default=math.inf)
+def kept(maneuver: Maneuver, motion: Trajectory, closed: Closed | None = None) -> Kept:
+    """What a motion [SI] keeps of a maneuver's obstacles, margin, region and bound on the speed."""
+    return verdict(maneuver, keeping(maneuver, motion, closed))
+
+
+def verdict(maneuver: Maneuver, found: Keeping) -> Kept:
+    """What of the numbers is not as asked. Each comparison is written so that a number that is none fails it."""
+    out = []
+    for i, depth in found.each_wall.items():
+        if not depth >= 0:
+            said = f"obstacles[{i}]: this path crosses it {-depth:.6g} m beyond its tip"
+            out.append(Excess(f"obstacles[{i}]", -depth, "m", said))
+    if not found.blocks >= 0:
+        said = f"blocks: this path comes {-found.blocks:.6g} m too close, or passes one on the other side"
+        out.append(Excess("blocks", -found.blocks, "m", said))
+    there = np.array([maneuver.goal.position, *(maneuver.region or ())]) - np.array(maneuver.start.position)
+    if not found.region >= -GRAIN * float(np.max(np.abs(there))):
+        out.append(Excess("region", -found.region, "m", f"region: this path leaves it by {-found.region:.6g} m"))
+    most = math.inf if maneuver.max_speed is None else maneuver.max_speed
+    if not found.speed <= most * (1 + GRAIN):
+        said = f"max_speed {most:.6g} m/s: this path reaches {found.speed:.6g} m/s"
+        out.append(Excess("max_speed", found.speed - most, "m/s", said))
+    return Kept(found.clearance, math.nan, tuple(out))
+
+
+def keeping(maneuver: Maneuver, motion: Trajectory, closed: Closed | None = None) -> Keeping:
+    """What a motion [SI] keeps of a maneuver's obstacles, region and speed, in numbers.
+
+    Args:
+        closed: `closed_behind` of this maneuver, where it is known for several motions.
+    """
+    walls = wall_clearances(maneuver, motion)
     blocks = least_clearance(motion, [np.array(block.vertices) for block in maneuver.blocks])
-    behind = least_clearance(motion, _closed(maneuver, _far(maneuver, motion)))
+    far = _far(maneuver, motion)
+    behind = least_clearance(motion, closed_behind(maneuver, far) if closed is None else closed(far))
     return Keeping(
-        min(walls, blocks),
+        min([blocks, *walls.values()]),
         walls,
         min(blocks - maneuver.margin, behind),
         math.inf if maneuver.region is None else _inside(motion, np.array(maneuver.region)),
@@ -119,8 +177,7 @@ def _far(maneuver: Maneuver, motion: Trajectory) -> float:
     return far
 
 
-@lru_cache(maxsize=16)
-def _closed(maneuver: Maneuver, far: float) -> tuple[Array, ...]:
+def closed_behind(maneuver: Maneuver, far: float) -> tuple[Array, ...]:
     """Corners (n, 2) of what else is closed: behind blocks with a side, between start and goal; joints of blocks.
 
     Margins included, as in `scenes.blocks`: what the bound counts as closed must be closed to a plan too. A start or

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Literal
 
@@ -11,16 +12,24 @@ import numpy as np
 
 from ..deadline import over
 from ..geometry.frame import Frame
+from ..geometry.norm import norm
 from ..geometry.trajectory import Trajectory
 from ..robots.joints import JointPath
 from ..robots.kinematics import unit
+from ..robots.link_clearance import link_clearance
 from ..robots.workspace import Sheets, Workspace
 from ..spec.arm import ArmManeuver, postures
 from ..spec.maneuver import Maneuver, State
 from ..spec.obstacles import Wall
 from ..types import Array
+from .scene import Bounded, Manner, Plane, Samples
 
 FINEST = 1e-8  # of the arm: to which the gaps on a line are found
+NEAR, TURNED = 0.02, 0.3  # of the arm, and rad: lines less apart replace each other
+MOST_LINES = 2  # conditions of one class
+CLOSE = 1e-3  # of the arm: how close to its base a folded arm comes at most on a way that is kept out of things
+STEP = 1e-6  # of the arm: for the slope of a clearance
+BOXES, MORE = 6, 20  # of obstacle times at first; times as many where a class's own gap is what is left
 Edge = Literal["outer", "inner"]
 
 
@@ -42,6 +51,22 @@ class Through:
 
 
 Order = tuple[Through, ...]  # in the order of first crossings
+
+
+@dataclass(frozen=True)
+class Whole:
+    """An order with all that its paths are known to cross; the condition at `place` is the one that came last."""
+
+    place: int
+    order: Order
+
+
+@dataclass(frozen=True)
+class Looks:
+    """Which ends of the last condition's gap count, and which conditions, that one included, are not looked at."""
+
+    ends: tuple[bool, bool] = (True, True)
+    dropped: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -118,7 +143,7 @@ class Passage:
         normal = unit(line.angle)
         return self.maneuver.start.position + line.offset * normal, np.array([-normal[1], normal[0]])
 
-    def parts(self, line: Line) -> bool:
+    def between(self, line: Line) -> bool:
         """Whether start and goal are on different sides of it."""
         way = np.subtract(self.maneuver.goal.position, self.maneuver.start.position)
         return 0 < line.offset < float(unit(line.angle) @ way)
@@ -137,6 +162,151 @@ class Passage:
         first = max((k + 1 for k, one in enumerate(order) if self.before(one.line, line)), default=0)
         last = min((k for k, one in enumerate(order) if self.before(line, one.line)), default=len(order))
         return list(range(first, last + 1))
+
+    # the path classes: an order of gaps each, split by one line at a time
+
+    manner = Manner(samples=400, deep=0.03, first_lift=2e-6, lifts=10, patience=6, worth=0.9, waiting=False)
+
+    @property
+    def size(self) -> float:
+        """Length of the stretched arm [m]."""
+        return self.workspace.size
+
+    @property
+    def first(self) -> tuple[Whole, Looks]:
+        """Every path, looked at without any line."""
+        return Whole(0, ()), Looks()
+
+    @property
+    def motions(self) -> bool:
+        return self.keeps
+
+    def splits(self, one: Order, cut: Line) -> bool:
+        """Whether every path crosses the line."""
+        return self.between(cut)
+
+    def parts(self, one: Order, cut: Line) -> list[Whole]:
+        """The classes by the gap of one more line and its place among the conditions."""
+        return [
+            Whole(place, (*one[:place], Through(cut, gap, (True, True)), *one[place:]))
+            for gap in range(len(self.gaps(cut)))
+            for place in self.places(one, cut)
+        ]
+
+    def seen(self, part: Whole, looks: Looks) -> Order:
+        """An order with these ends of one gap counted alone, and without some of its conditions."""
+        every = enumerate(part.order)
+        ends = looks.ends
+        return tuple(replace(one, ends=ends) if k == part.place else one for k, one in every if k not in looks.dropped)
+
+    def empty(self, part: Whole) -> bool:
+        return self.past(part.order) is None
+
+    def samples(self, one: Order, motion: Trajectory) -> Samples:
+        """A path and how far from touching or unreachable the arm is there."""
+        n = self.manner.samples
+        places = motion.position(self.asked.duration * np.arange(n + 1) / n)
+        room = self.sheets.slack(places)
+        return Samples(places, -float(np.min(room)), room)
+
+    def crossings(self, one: Order, path: Samples) -> Array:
+        at = [np.argmax(self._beyond(each.line, path.places) >= 0) / self.manner.samples for each in one]
+        return np.maximum.accumulate(np.array(at))
+
+    def _beyond(self, line: Line, places: Array) -> Array:
+        """How far beyond a line places (..., 2) are [m]."""
+        return np.asarray((places - np.array(self.maneuver.start.position)) @ unit(line.angle) - line.offset)
+
+    def boxes(self, walls: int, more: bool) -> int:
+        return BOXES * (MORE if more else 1)
+
+    def quick_short(self, motion: Trajectory) -> float:
+        return self.samples((), motion).depth
+
+    def short(self, motion: Trajectory) -> float:
+        return link_clearance(self.workspace, self.joints(motion)).short(self.workspace)
+
+    def step(self, here: Bounded[Order], path: Samples, until: float) -> Line | None:
+        """The line through the place where the path is deepest in something, turned so that the path must go furthest
+        along it to get out; or, where the path cuts in by a little only, the one on which a contact stands best.
+        """
+        if path.depth <= SHALLOW * self.size:
+            return None
+        line = None
+        if path.depth <= self.manner.deep * self.size:
+            line = slid(self, here.one, here.certificate.best.multipliers)
+        assert path.room is not None
+        return line or deepest(self, here.one, path.places, path.room, until)
+
+    def child(
+        self, part: Whole, above: Bounded[Order], path: Samples, solve: Callable[[Looks], Bounded[Order]]
+    ) -> tuple[Looks, Bounded[Order]]:
+        """With as few conditions, and ends of the last gap, as prove what more of them would."""
+        place, line = part.place, part.order[part.place].line
+        origin, along = self.points(line)
+        low, high = self.gaps(line)[part.order[place].gap]
+        first = int(np.argmax(self._beyond(line, path.places) >= 0))
+        below = float(along @ (path.places[first] - origin)) < (low + high) / 2
+        looks = Looks((below, not below), self._dropped(above, place, line))
+        child = solve(looks)
+        if child.own < above.own * (1 - 1e-9) and (fewer := self._dropped(above, place)) != looks.dropped:
+            looks = replace(looks, dropped=fewer)
+            child = solve(looks)
+        now = place - sum(k < place for k in looks.dropped)
+        at = child.motion.position(child.certificate.times[now] * self.asked.duration)
+        room = 1e-9 * self.size
+        if not low - room <= float(along @ (at - origin)) <= high + room:
+            looks = replace(looks, ends=(True, True))
+            child = solve(looks)
+        return looks, child
+
+    def planes(self, path: JointPath, t: Array, near: float) -> list[Plane]:
+        """Half-planes that keep every place at times t [s], (n,), that is within `near` [m] of something, or inside, on
+        the outside of it, to first order; those of an edge that is not convex among them.
+        """
+        workspace, r = self.workspace, path.motion.position(t)
+        signs = path.elbows(t)
+        out: list[Plane] = []
+        s = r - workspace.chain.base
+        rho, inner = norm(s), max(workspace.chain.reach[0], CLOSE * workspace.size)
+        for k in np.flatnonzero(rho < inner + near):
+            n = s[k] / (rho[k] or 1.0)
+            if np.min(rho) < CLOSE * workspace.size:  # over the base: to one side of it
+                v = path.motion.velocity(t[np.argmin(rho)])
+                n = np.array([-v[1], v[0]]) / (np.hypot(*v) or 1.0)
+            out.append(Plane(int(k), n, inner + float(n @ workspace.chain.base)))
+        if not workspace.obstacles:
+            return out
+        step = STEP * workspace.size
+
+        def slack(at: Array) -> Array:
+            each = {sign: Sheets(workspace, (sign,)).slack(at) for sign in np.unique(signs).tolist()}
+            return np.select([signs == sign for sign in each], list(each.values()))
+
+        here = slack(r)
+        slope = np.stack([(slack(r + step * e) - slack(r - step * e)) / (2 * step) for e in np.eye(2)], axis=-1)
+        for k in np.flatnonzero(here < near):
+            size = float(np.hypot(*slope[k]))
+            if size > 1e-3:
+                n = slope[k] / size
+                out.append(Plane(int(k), n, float(n @ r[k]) - float(here[k]) / size))
+        return out
+
+    def _dropped(self, above: Bounded[Order], place: int, line: Line | None = None) -> tuple[int, ...]:
+        """Of the conditions with a new one at `place` those that do not matter to the path, of too many those that
+        matter least, and those that the new one's line comes in place of, if it is given.
+        """
+        size = norm(above.certificate.best.multipliers)
+        push = size[2:]
+        near = NEAR * self.size
+        idle = set(np.flatnonzero(push <= IDLE * np.max(size, initial=0.0)).tolist())
+        for k, one in enumerate(above.one):
+            if line and abs(one.line.offset - line.offset) < near and abs(one.line.angle - line.angle) < TURNED:
+                idle.add(k)
+        for k in np.argsort(push).tolist():
+            if len(push) - len(idle) >= MOST_LINES:
+                idle.add(k)
+        return tuple(sorted(k + (k >= place) for k in idle))
 
     def wall(self, through: Through, lift: float = 0.0) -> Wall | None:
         """What a gap leaves of its line, narrowed by `lift` [m] at each end that counts; None where that is nothing."""
@@ -233,7 +403,7 @@ def deepest(passage: Passage, order: Order, path: Array, slack: Array, until: fl
             known = any(
                 abs(one.line.angle - angle) < 1e-9 and abs(one.line.offset - line.offset) < shallow for one in order
             )
-            if passage.parts(line) and not known:
+            if passage.between(line) and not known:
                 lines.append((at, line))
     if not lines:
         return None
@@ -274,7 +444,7 @@ def slid(passage: Passage, order: Order, multipliers: Array) -> Line | None:
         gain, normal = float(f @ (best - w)), np.array([f[1], -f[0]])
         normal = normal if normal @ passage.frame.along > 0 else -normal
         line = Line(math.atan2(normal[1], normal[0]), float(normal @ (best - passage.maneuver.start.position)))
-        if gain > most and passage.parts(line):
+        if gain > most and passage.between(line):
             most, found = gain, line
     return found
 

@@ -1,32 +1,38 @@
-"""The least peak of a two-link arm's motions, over all elbows, with its proof.
+"""The least peak of an arm's motions, with its proof, then the settings' own control.
 
-Motions that keep their elbow first (`search.arm_tree`); where start and goal have different elbows, motions that turn
-it over (`search.turns`). Then what no motion that touches an edge of the annulus can undercut: by arcs, and by a
-tree of gaps in which a place counts as blocked only where it is so with both elbows.
+Of two links, motions that keep their elbow first (`search.tree`); where start and goal have different elbows, motions
+that turn it over (`search.turns`). Then what no motion that touches an edge of the annulus can undercut: by arcs, and
+by a tree of gaps in which a place counts as blocked only where it is so with both elbows.
 """
 
 from __future__ import annotations
 
-import heapq
 import itertools
 import math
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..deadline import over
-from ..proofs.branch_and_bound import Certificate, least_over_times
+from ..deadline import part
+from ..geometry.frame import Frame
+from ..plan.arm_plan import ArmPlan
+from ..plan.found import Found, plan_of
+from ..proofs.branch_and_bound import Certificate
 from ..proofs.double_integrator import PointMass
+from ..proofs.frontier import Frontier
 from ..robots.joint_space import Flood, JointWay, decisive_flood
-from ..robots.workspace import Workspace
+from ..robots.joints import JointPath
 from ..scenes.arm_proof import ArmProof, PassageProof, Touching
-from ..scenes.passages import Edge, Passage, passages
-from ..spec.arm import ArmManeuver
+from ..scenes.kinds import ArmScene
+from ..scenes.passages import Edge, Line, Looks, Order, Passage, Whole
+from ..scenes.scene import Bounded
 from ..spec.maneuver import Maneuver
-from ..types import Array, Progress
-from .arm_tree import BOXES, PATIENCE, WORTH, Candidate, Tree
-from .course import Steered
+from ..spec.settings import GlobalSearch
+from .course import Steered, steered
+from .job import Job
+from .redundant import redundant
+from .tree import Candidate, Effort, Tree, raised
 from .turns import turn_along, turn_on
 
 ARCS, FEWEST = 6, 3  # of each edge at first
@@ -34,28 +40,33 @@ FINEST_GAP = 1e-5  # what lifts and clearances of paths leave of any smaller one
 NARROW = 1e-3  # rad: an arc is not split further
 MOST_TURNS = 2  # motions with a change of elbow that are looked for on one edge
 SPLITS = 16  # arcs split before the rest is left to the tree
+STEERED = (3, 6, 12)  # classes looked at without a free motion at which one is looked for
+PATIENCE, WORTH = 6, 0.9  # splits in which the gap must have come down to this share of itself, or they end
+
+GapTree = Tree[Order, Whole, Line, Looks]
 
 
-@dataclass(frozen=True)
-class Found:
-    """What a search found: the proof of a bound on all free motions, and motions.
-
-    best: the best free motion met that keeps its elbow, or None;  steered: one that was kept out of everything node by
-    node;  turned: one that turns its elbow over;  nearest: a motion that keeps its elbow and hits something.
-    """
-
-    maneuver: ArmManeuver
-    proof: ArmProof
-    best: Candidate | None
-    steered: Steered | None
-    turned: Steered | None
-    nearest: Candidate | None
-    nodes: int
-
-    @cached_property
-    def bound(self) -> float:
-        """The proof's bound [m/s^2], evaluated anew."""
-        return self.proof.bound(self.maneuver)
+def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
+    """The motion of least peak base reaction force of an arm, with its proof."""
+    if scene.workspace.chain.links > 2:
+        return redundant(scene, job)
+    settings = job.settings
+    assert isinstance(settings.search, GlobalSearch)
+    effort = Effort(
+        settings.search.gap,
+        settings.node_limit,
+        settings.rounds,
+        part(job.until),
+        FINEST_GAP,
+        scene.task.limit * (1 + 1e-6),
+        hasty=True,
+        progress=job.progress,
+    )
+    search = ArmSearch(scene, effort)
+    search.run()
+    proof = search.proof()
+    every = [plan_of(scene, settings, replace(one, proof=proof)) for one in search.motions(job)]
+    return min(every, key=lambda plan: (plan.status != "solved", plan.peak))
 
 
 @dataclass
@@ -69,77 +80,130 @@ class _Arc:
 
 
 class ArmSearch:
-    """The search over all passages of one maneuver of a two-link arm."""
+    """The search over all passages of one task of a two-link arm.
 
-    def __init__(
-        self, asked: ArmManeuver, workspace: Workspace, gap: float, node_limit: int, until: float = math.inf
-    ) -> None:
-        self.asked, self.workspace, self.gap = asked, workspace, gap
-        self._boxes, self._until = node_limit, until
-        self.boxes = self.rounds = 0
-        self.best: Candidate | None = None
+    best: the best free motion met that keeps its elbow, with its passage, or None;  steered: one that was kept out of
+    everything node by node;  turned: one that turns its elbow over.
+    """
+
+    def __init__(self, scene: ArmScene, effort: Effort) -> None:
+        self.scene, self.effort = scene, effort
+        self.best: tuple[Passage, Candidate[Order]] | None = None
         self.steered: Steered | None = None
         self.turned: Steered | None = None
+        self._nearest: tuple[Passage, Candidate[Order]] | None = None
         self._flood: Flood | None = None
-        self._most = 0
-        self._progress: Progress | None = None
+        self._proofs: list[PassageProof] = []
+        self._parted = False
 
     @property
     def upper(self) -> float:
         """The least peak of a free motion that is known [m/s^2]."""
-        return min((one.peak for one in (self.best, self.steered, self.turned) if one is not None), default=math.inf)
+        kept = math.inf if self.best is None else self.best[1].peak
+        return min([kept, *(one.peak for one in (self.steered, self.turned) if one is not None)])
 
     @property
-    def enough(self) -> float:
-        """A bound [m/s^2] above which nothing more is asked: of the best motion, or a no to max_peak."""
-        return min((1 - self.gap) * self.upper, (self.asked.max_peak or math.inf) * (1 + 1e-9))
+    def _no(self) -> float:
+        """A bound [m/s^2] that says no to max_peak."""
+        return self.scene.task.limit * (1 + 1e-9)
 
-    def run(self, rounds: int, progress: Progress | None = None) -> Found:
-        """Search until the gap is reached or comes down no more, or for so many rounds, boxes and seconds."""
-        self._most, self._progress = rounds, progress
-        every = passages(self.asked, self.workspace)
-        if self.asked.obstacles:
+    @property
+    def _enough(self) -> float:
+        """A bound [m/s^2] above which nothing more is asked: of the best motion, or a no."""
+        return min((1 - self.effort.gap) * self.upper, self._no)
+
+    def proof(self) -> ArmProof:
+        """Why no motion has a smaller peak."""
+        return ArmProof(tuple(self._proofs), self._flood.cells if self._parted and self._flood is not None else 0)
+
+    def run(self) -> None:
+        """Search until the gap is reached or comes down no more, or until the effort is over."""
+        every = list(self.scene.passages.values())
+        if self.scene.task.obstacles:
             ends = [(one.theta, one.elbow if one.keeps else None) for one in every]
-            self._flood = decisive_flood(self.workspace, ends, self._until)
-        every, flooded = [one for one in every if self._joined(one)], len(every)
-        parted = len(every) < flooded or any(one.keeps and not self._joined(one, one.elbow) for one in every)
-        trees = {
-            one.indices: Tree(self._seen(one), self.gap, self._certify, self._until, self._way(one, one.elbow))
-            for one in every
-            if one.keeps and self._joined(one, one.elbow)
-        }
+            self._flood = decisive_flood(self.scene.workspace, ends, self.effort.until)
+        joined = [one for one in every if self._joined(one)]
+        kept = [one for one in joined if one.keeps and self._joined(one, one.elbow)]
+        self._parted = len(joined) < len(every) or any(one.keeps and one not in kept for one in joined)
+        trees = {one.indices: GapTree(one.whole if self._alone(one) else one, self.effort) for one in kept}
         for tree in sorted(trees.values(), key=lambda tree: tree.lower):
-            tree.run(self.upper, self._over)
-            if tree.best is not None and (self.best is None or tree.best.peak < self.best.peak):
-                self.best = tree.best
-            if tree.steered is not None and (self.steered is None or tree.steered.peak < self.steered.peak):
-                self.steered = tree.steered
-        arcs = {passage.indices: self._arcs(passage) for passage in every if not self._alone(passage)}
-        for passage in every:
+            self._run(tree)
+        arcs = {passage.indices: self._arcs(passage) for passage in joined if not self._alone(passage)}
+        for passage in joined:
             if not passage.keeps:
                 self._turn(passage, arcs[passage.indices])
-        proofs = []
-        for passage in every:
-            if self._alone(passage):
-                tree = trees[passage.indices]
-                proofs.append(PassageProof(passage.indices, None, (), tree.root.branch()))
-                continue
-            kept = trees.get(passage.indices)
-            own = self._split(passage, arcs[passage.indices])
-            whole = None
-            if min(arc.bound for arc in own) < self.enough:
-                whole = Tree(passage.whole, self.gap, self._certify, self._until)
-                whole.run(min(self.upper, math.inf if kept is None else kept.lower), self._over)
-            touching = tuple(arc.proof for arc in own)
-            trunks = [None if tree is None else tree.root.branch() for tree in (kept, whole)]
-            proofs.append(PassageProof(passage.indices, trunks[0], touching, trunks[1]))
-        nearest = None
+        for passage in joined:
+            proved = self._proved(passage, trees.get(passage.indices), arcs.get(passage.indices))
+            self._proofs.append(proved)
         if trees:
             first = min(trees.values(), key=lambda tree: tree.lower)
-            last = first.last
-            nearest = Candidate(first.passage, last.order, 0.0, last.past, last.certificate.times, last.bound)
-        proof = ArmProof(tuple(proofs), self._flood.cells if parted and self._flood is not None else 0)
-        return Found(self.asked, proof, self.best, self.steered, self.turned, nearest, self.boxes)
+            self._nearest = _passage_of(first), first.nearest
+
+    def _run(self, tree: GapTree) -> None:
+        """Look for the best motion that keeps its elbow, past gaps or node by node."""
+        passage = _passage_of(tree)
+
+        def steer(here: Bounded[Order]) -> None:
+            way = self._way(passage, passage.elbow)
+            found = steered(passage, here.past, here.certificate.times, way, self.effort.until)
+            if found is not None and found.peak < min(self.upper, tree.upper):
+                self.steered = found
+
+        def seen(here: Bounded[Order], count: int) -> None:
+            if tree.best is None and passage.keeps and count in STEERED:
+                steer(here)
+
+        tree.run(lambda: self.upper, self._no, seen)
+        if passage.keeps and math.isinf(min(self.upper, tree.upper)) and tree.lower < self._no:
+            steer(tree.last.here)
+        if tree.best is not None and (self.best is None or tree.best.peak < self.best[1].peak):
+            self.best = passage, tree.best
+
+    def _proved(self, passage: Passage, kept: GapTree | None, arcs: list[_Arc] | None) -> PassageProof:
+        """What is proved of one passage: of all its motions at once, or of those that keep their elbow and the rest."""
+        if arcs is None:
+            assert kept is not None
+            return PassageProof(passage.indices, None, (), kept.root.trunk.branch())
+        own = self._split(passage, arcs)
+        whole = None
+        if min(arc.bound for arc in own) < self._enough:
+            whole = GapTree(passage.whole, self.effort)
+            upper = min(self.upper, math.inf if kept is None else kept.lower)
+            whole.run(lambda: upper, self._no)
+        trunks = [None if tree is None else tree.root.trunk.branch() for tree in (kept, whole)]
+        return PassageProof(passage.indices, trunks[0], tuple(arc.proof for arc in own), trunks[1])
+
+    def motions(self, job: Job) -> Iterator[Found[JointPath]]:
+        """The settings' control of every motion that was met; one without motion where none was."""
+        kept = self.best or self._nearest
+        any_motion = False
+        if kept is not None:
+            passage, best = kept
+            least, times = raised(passage, best, job, again=self.best is not None)
+            motion = least.motion(times)
+            if motion is not None:
+                any_motion = True
+                placed, made = least.place(times) * least.mass.time, job.made(self.effort.boxes, least.count)
+                path, indices = passage.joints(motion), passage.indices
+                yield Found(least.maneuver, placed, path, least.peak(times), made, indices=indices)
+        for one in (self.steered, self.turned):
+            if one is not None:
+                any_motion = True
+                yield self._finer(one, job)
+        if not any_motion:
+            passage = next(iter(self.scene.passages.values())) if kept is None else kept[0]
+            crossing = passage.maneuver if kept is None else kept[1].past
+            none = np.zeros(len(crossing.walls))
+            yield Found(crossing, none, None, math.inf, job.made(self.effort.boxes), indices=passage.indices)
+
+    def _finer(self, one: Steered, job: Job) -> Found[JointPath]:
+        """The settings' control of a motion that is kept out of everything node by node."""
+        settings = job.settings
+        circle = settings.circle.facing(Frame.from_maneuver(one.course.past).angle)
+        course = replace(one.course, circle=circle)
+        fine = replace(one, course=course).finer(settings.grid.steps, job.until) or one
+        times, made = fine.times * course.past.duration, job.made(self.effort.boxes)
+        return Found(course.past, times, fine.joints, fine.peak, made, indices=course.passage.indices)
 
     def _joined(self, passage: Passage, elbow: float | None = None) -> bool:
         """Whether a motion, or one that keeps this elbow, is not proved impossible."""
@@ -148,40 +212,16 @@ class ArmSearch:
     def _way(self, passage: Passage, elbow: float | None = None) -> JointWay | None:
         """A way of free configurations, if one is known."""
         way = None if self._flood is None else self._flood.way(passage.theta, elbow)
-        return None if way is None else JointWay(self.workspace, way, self.asked.duration)
+        return None if way is None else JointWay(self.scene.workspace, way, self.scene.task.duration)
 
     def _alone(self, passage: Passage) -> bool:
         """Whether a tree of all motions is enough: without obstacles both elbows see the same."""
-        return passage.keeps and not self.asked.obstacles
-
-    def _seen(self, passage: Passage) -> Passage:
-        return passage.whole if self._alone(passage) else passage
-
-    def _over(self) -> bool:
-        return self.rounds >= self._most or self._late
-
-    @property
-    def _late(self) -> bool:
-        return self.boxes >= self._boxes or over(self._until)
-
-    def _certify(self, past: Maneuver, boxes: int, start: Array | None = None, enough: float = math.inf) -> Certificate:
-        """The least peak past walls, or a bound of `enough` [m/s^2], to no smaller gap than paths can keep."""
-        self.rounds += 1
-        mass, gap = PointMass.of(past), max(self.gap, FINEST_GAP) / 4
-        # more than max_peak is enough to say no; once the time is over any bound is
-        limit = (self.asked.max_peak or math.inf) * (1 + 1e-6)
-        level = min(enough, self.upper, limit) / mass.unit if not self._late else 0.0
-        boxes = max(min(boxes, self._boxes - self.boxes), 1)
-        found = least_over_times(mass, gap, node_limit=boxes, until=self._until, start=start, enough=level)
-        self.boxes += found.nodes
-        if self._progress:
-            self._progress(self.rounds, self._most)
-        return found
+        return passage.keeps and not self.scene.task.obstacles
 
     def _arcs(self, passage: Passage) -> list[_Arc]:
         arcs = []
         for edge in passage.edges:
-            point = edge == "inner" and self.workspace.chain.reach[0] == 0
+            point = edge == "inner" and self.scene.workspace.chain.reach[0] == 0
             cuts = np.linspace(-math.pi, math.pi, (FEWEST if point else ARCS) + 1).tolist()
             arcs += [self._arc(passage, edge, arc) for arc in itertools.pairwise(cuts)]
         return arcs
@@ -192,43 +232,51 @@ class ArmSearch:
         for one in Touching(edge, arc, ()).paths:
             past = passage.past(one)
             assert past is not None
-            found = self._certify(past, BOXES, np.full(len(past.walls), 0.5))
+            found = self.effort.least(past, passage.boxes(1, False), np.full(len(past.walls), 0.5), self.upper)
             solved.append((found.lower * PointMass.of(past).unit, found, past))
         bound, found, past = min(solved, key=lambda one: one[0])
         return _Arc(bound, Touching(edge, arc, tuple(tuple(one.leaves) for _, one, _ in solved)), found, past)
 
     def _split(self, passage: Passage, arcs: list[_Arc]) -> list[_Arc]:
         """The arcs, the lowest split until each bounds more than the best motion, or splitting gains no more."""
-        heap = [(arc.bound, k, arc) for k, arc in enumerate(arcs)]
-        heapq.heapify(heap)
+        waiting = Frontier((arc.bound, arc) for arc in arcs)
         stalled, left = 0, 1.0
-        for k in range(len(arcs), len(arcs) + 2 * SPLITS, 2):
-            bound, _, arc = heap[0]
+        for _ in range(SPLITS):
+            bound, arc = waiting.lowest, waiting.first
             a, b = arc.proof.arc
-            if bound >= self.enough or b - a < NARROW or self._late:
+            if bound >= self._enough or b - a < NARROW or self.effort.late:
                 break
             stalled, left = (0, now) if (now := 1 - bound / self.upper) < WORTH * left else (stalled + 1, left)
             if stalled >= PATIENCE:
                 break
-            heapq.heappop(heap)
-            for i, half in enumerate(((a, (a + b) / 2), ((a + b) / 2, b))):
+            waiting.pop()
+            for half in ((a, (a + b) / 2), ((a + b) / 2, b)):
                 found = self._arc(passage, arc.proof.edge, half)
-                heapq.heappush(heap, (found.bound, k + i, found))
-        return [arc for _, _, arc in heap]
+                waiting.push(found.bound, found)
+        return waiting.items
 
     def _turn(self, passage: Passage, arcs: list[_Arc]) -> None:
         """Free motions of this passage that turn the elbow over, the cheapest bound first."""
         way = self._way(passage)
-        if way is not None and (found := turn_along(passage, way, self._until)) is not None and found.peak < self.upper:
+        if (
+            way is not None
+            and (found := turn_along(passage, way, self.effort.until)) is not None
+            and found.peak < self.upper
+        ):
             self.turned = found
         tries = {"outer": 0, "inner": 0}
         for arc in sorted(arcs, key=lambda arc: arc.bound):
-            if arc.bound >= self.enough or self._late:
+            if arc.bound >= self._enough or self.effort.late:
                 return
-            point = arc.proof.edge == "inner" and self.workspace.chain.reach[0] == 0
+            point = arc.proof.edge == "inner" and self.scene.workspace.chain.reach[0] == 0
             if not arc.past.walls or point or tries[arc.proof.edge] >= MOST_TURNS:
                 continue
             tries[arc.proof.edge] += 1
-            found = turn_on(passage, arc.proof.edge, arc.certificate, arc.past, self._until)
+            found = turn_on(passage, arc.proof.edge, arc.certificate, arc.past, self.effort.until)
             if found is not None and found.peak < self.upper:
                 self.turned = found
+
+
+def _passage_of(tree: GapTree) -> Passage:
+    assert isinstance(tree.scene, Passage)
+    return tree.scene

@@ -21,22 +21,27 @@ from ..proofs.double_integrator import PointMass
 from ..robots.joint_space import JointWay
 from ..robots.joints import JointPath
 from ..robots.link_clearance import link_clearance
-from ..robots.workspace import Sheets
 from ..scenes.passages import Passage
+from ..scenes.scene import Plane
 from ..spec.control_set import Disc, Polygon
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Aligned
 from ..types import Array
+from .held import asked_more
 
 TRIES = 14  # of cutting off
 FIRST_ROOM = 3e-6  # of the arm: asked more than needed at first
 WIDE, WORTH = 0.3, 1e-3  # of the arm: what counts as near to a node; relative gain worth another round
-CLOSE = 1e-3  # of the arm: how close to its base a folded arm comes at most on such a course
-STEP = 1e-6  # of the arm: for the slope of a clearance
 COARSE = 60  # holds of a motion that is looked for first
 RADIUS = 1e-7  # of the reach: by which the outer edge is drawn in, for what bends outwards between nodes
 
-Cut = tuple[int, Array, float]  # node, n, c: n . r >= c [m]
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked more than needed [m], and what nodes keep to."""
+
+    room: float
+    planes: list[Plane]
 
 
 def resampled(motion: HoldTrajectory, edges: Array) -> HoldTrajectory:
@@ -86,18 +91,21 @@ class Course:
 
     def free(self, times: Array) -> Steered | None:
         """The motion of about least peak at these times [scaled], (q,), that is free and within reach; or None."""
-        cuts: list[Cut] = []
-        size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
-        for _ in range(TRIES):
-            if over(self.until) or (motion := self.solve(times, cuts)) is None:
-                return None
-            found, short = self._looked_at(motion, times)
+        size = self.passage.size
+
+        def solve(asked: Asked) -> tuple[Steered, float] | None:
+            motion = self.solve(times, asked.planes)
+            return None if motion is None else self._looked_at(motion, times)
+
+        def more(found: tuple[Steered, float], asked: Asked) -> Asked | None:
+            steered, short = found
             if short <= 0:
-                return found
-            cuts = self._cuts(motion, times, room + 0.02 * size)
-            room += min(short, 0.01 * size) * 0.5
-            cuts = [(k, n, c + room) for k, n, c in cuts]
-        return None
+                return None
+            room = asked.room + min(short, 0.01 * size) * 0.5
+            return Asked(room, self._planes(steered.motion, times, asked.room + 0.02 * size, room))
+
+        found = asked_more(Asked(FIRST_ROOM * size, []), solve, more, TRIES, self.until)
+        return None if found is None else found[0]
 
     def around(self, times: Array, first: Trajectory, found: Steered | None = None) -> Steered | None:
         """The best free motion that solving again and again past what the nodes are near to leads to; None if none.
@@ -107,10 +115,10 @@ class Course:
         Args:
             first: a motion that is free or nearly;  found: the best that is known.
         """
-        size, room = self.passage.workspace.size, FIRST_ROOM * self.passage.workspace.size
+        size, room = self.passage.size, FIRST_ROOM * self.passage.size
         for _ in range(TRIES):
-            cuts = [(k, n, c + room) for k, n, c in self._cuts(first, times, WIDE * size)]
-            if over(self.until) or (motion := self.solve(times, cuts)) is None:
+            planes = self._planes(first, times, WIDE * size, room)
+            if over(self.until) or (motion := self.solve(times, planes)) is None:
                 return found
             now, short = self._looked_at(motion, times)
             if short > 0:
@@ -135,39 +143,14 @@ class Course:
         changes = () if self.turn is None else (float(times[self.turn[0]]) * self.past.duration,)
         return self.passage.joints(motion, changes)
 
-    def _cuts(self, motion: Trajectory, times: Array, near: float) -> list[Cut]:
-        """Half-planes that keep every node that is near or inside something on the outside of it, to first order."""
-        workspace, t = self.passage.workspace, self.edges(times) * self.past.duration
-        r, (inner, _) = motion.position(t), workspace.chain.reach
-        signs = self.joints(motion, times).elbows(t)
-        out: list[Cut] = []
-        s = r - workspace.chain.base
-        rho, inner = np.hypot(*s.T), max(inner, CLOSE * workspace.size)
-        for k in np.flatnonzero(rho < inner + near):
-            n = s[k] / (rho[k] or 1.0)
-            if np.min(rho) < CLOSE * workspace.size:  # over the base: to one side of it
-                v = motion.velocity(t[np.argmin(rho)])
-                n = np.array([-v[1], v[0]]) / (np.hypot(*v) or 1.0)
-            out.append((int(k), n, inner + float(n @ workspace.chain.base)))
-        if not workspace.obstacles:
-            return out
-        step = STEP * workspace.size
+    def _planes(self, motion: Trajectory, times: Array, near: float, room: float) -> list[Plane]:
+        """What keeps the nodes that are near to something on the outside of it, and `room` [m] more."""
+        t = self.edges(times) * self.past.duration
+        every = self.passage.planes(self.joints(motion, times), t, near)
+        return [plane._replace(level=plane.level + room) for plane in every]
 
-        def slack(at: Array) -> Array:
-            each = {sign: Sheets(workspace, (sign,)).slack(at) for sign in np.unique(signs).tolist()}
-            return np.select([signs == sign for sign in each], list(each.values()))
-
-        here = slack(r)
-        slope = np.stack([(slack(r + step * e) - slack(r - step * e)) / (2 * step) for e in np.eye(2)], axis=-1)
-        for k in np.flatnonzero(here < near):
-            size = float(np.hypot(*slope[k]))
-            if size > 1e-3:
-                n = slope[k] / size
-                out.append((int(k), n, float(n @ r[k]) - float(here[k]) / size))
-        return out
-
-    def solve(self, times: Array, cuts: list[Cut]) -> HoldTrajectory | None:
-        """The motion of least peak at these times with these cuts; None where the solver finds none."""
+    def solve(self, times: Array, planes: list[Plane]) -> HoldTrajectory | None:
+        """The motion of least peak at these times with these half-planes; None where the solver finds none."""
         mass, chain, edges = self.mass, self.passage.workspace.chain, self.edges(times)
         program = StateProgram(mass, self.circle, times, edges)
         inside = np.ones(len(edges), dtype=bool)
@@ -179,7 +162,7 @@ class Course:
         nodes = np.flatnonzero(inside)
         base = np.tile((chain.base - mass.origin) / mass.length, (len(nodes), 1))
         program.within(program.position[nodes] - program.kappa * base, chain.reach[1] * (1 - RADIUS) / mass.length)
-        program.keep([cut for cut in cuts if inside[cut[0]]])
+        program.keep([plane for plane in planes if inside[plane.node]])
         control = program.solve(self.until).control
         if control is None:
             return None

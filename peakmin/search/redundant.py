@@ -7,7 +7,6 @@ splines; among them the one is taken that makes  int |q'|^2 dt  least, q the joi
 from __future__ import annotations
 
 import math
-import time
 from contextlib import suppress
 
 import numpy as np
@@ -16,19 +15,17 @@ from scipy.optimize import minimize
 
 from ..deadline import OverError, over
 from ..plan.arm_plan import ArmPlan
-from ..plan.plan import Made, peak_of
-from ..programs.compiled import Programs
-from ..programs.least_peak import LeastPeak
+from ..plan.found import Found, plan_of
 from ..proofs.branch_and_bound import least_over_times
 from ..proofs.double_integrator import PointMass
 from ..robots.joints import JointPath, steadiest
 from ..robots.workspace import Workspace
-from ..scenes.arm_proof import ArmProof, Branch, PassageProof
-from ..scenes.passages import passages
-from ..spec.arm import ArmManeuver
-from ..spec.settings import Settings
+from ..scenes.arm_proof import ArmProof, PassageProof
+from ..scenes.kinds import ArmScene
+from ..scenes.passages import Looks
+from ..scenes.proof_tree import Branch
 from ..types import Array
-from .finish import finished
+from .job import Job
 
 KNOTS = 6  # between start and goal
 SAMPLES = 120
@@ -36,30 +33,21 @@ WEIGHTS = (0.0, 1e2, 1e4)  # of what is not kept, round by round; relative to th
 ROOM = 0.005  # of the arm: a clearance below which it counts as not kept
 
 
-def redundant(
-    asked: ArmManeuver,
-    workspace: Workspace,
-    settings: Settings,
-    began: float,
-    until: float,
-    programs: Programs | None = None,
-) -> ArmPlan:
+def redundant(scene: ArmScene, job: Job) -> ArmPlan:
     """The plan of an arm of at least three links; "unknown" where the links cannot be kept clear on this path."""
-    passage = passages(asked, workspace)[0]
+    workspace, passage = scene.workspace, next(iter(scene.passages.values()))
     mass = PointMass.of(passage.maneuver)
-    found = least_over_times(mass, 1e-6)
-    proof = ArmProof((PassageProof(passage.indices, None, (), Branch(tuple(found.leaves))),))
-    least = LeastPeak(passage.maneuver, settings, until=until, programs=programs)
-    bracket, motion = least(np.zeros(0)), least.motion(np.zeros(0))
-    path, peak = None, np.inf
+    certified = least_over_times(mass, 1e-6)
+    proof = ArmProof((PassageProof(passage.indices, None, (), Branch(tuple(certified.leaves), Looks())),))
+    least, none = job.least(passage.maneuver), np.zeros(0)
+    motion, path = least.motion(none), None
     pair = steadiest(workspace.chain, *passage.theta)
     if motion is not None and pair is not None:
-        peak = max(peak_of(bracket, settings.circle) * mass.unit, motion.peak())
         first = JointPath(workspace.chain, motion, *pair, (), None, passage.theta[0])
-        path = slowest(workspace, first, passage.theta[1], until)
-    made = Made(settings.solver, least.count.compilations, least.count.solves, found.nodes, time.perf_counter() - began)
-    bound = proof.bound(asked)
-    return finished(passage, settings, passage.maneuver, np.zeros(0), path, float(peak), proof, bound, made)
+        path = slowest(workspace, first, passage.theta[1], job.until)
+    peak, made = math.inf if path is None else least.peak(none), job.made(certified.nodes, least.count)
+    found = Found(passage.maneuver, none, path, peak, made, proof, indices=passage.indices)
+    return plan_of(scene, job.settings, found)
 
 
 def slowest(workspace: Workspace, path: JointPath, goal: Array, until: float = math.inf) -> JointPath:

@@ -1,192 +1,138 @@
-"""The best obstacle times: proved over all of them, refined from a first guess, or the best of a sweep."""
+"""From a task to its plan: the best obstacle times and ways, with their proof, then the settings' own control."""
 
 from __future__ import annotations
 
-import itertools
-import time
-from collections.abc import Iterator
 from dataclasses import replace
+from typing import overload
 
-import numpy as np
-
-from ..deadline import after, over, part
+from ..deadline import part
 from ..errors import SpecError
-from ..geometry.frame import Frame
-from ..plan.plan import Plan, from_bracket, peak_of
-from ..programs.compiled import Count, Programs
-from ..programs.least_peak import LeastPeak
+from ..plan.arm_plan import ArmPlan
+from ..plan.found import plan_of
+from ..plan.plan import Plan
+from ..programs.program import Programs
 from ..proofs.bounds import Proof
 from ..proofs.branch_and_bound import least_over_times
-from ..proofs.double_integrator import PointMass
-from ..scenes.blocks import Cells, Way, WaysProof
-from ..scenes.kept import keeping
-from ..spec.control_set import Disc, Polygon
+from ..scenes.blocks import BlockClasses, BlockProof, WayClass
+from ..scenes.kinds import PointScene, scene_of
+from ..spec.arm import ArmManeuver
 from ..spec.maneuver import Maneuver
-from ..spec.settings import SOLVERS, Direct, Exact, GlobalSearch, RefineSearch, Settings, Uniform
+from ..spec.settings import Exact, GlobalSearch, RefineSearch, Settings, Uniform
 from ..spec.spec import refuse_unfit
-from ..types import Array, Progress
-from .sweep import plan_at, sweep
-from .tree import FIRST_LIFT, LIFTS, Search
+from ..spec.task import Task
+from ..types import Progress
+from .arms import arm_plan
+from .held import Hold
+from .job import Job
+from .sweep import closer, refined, swept
+from .tree import Effort, Tree, raised
 
-FINEST = 1e-4  # of the duration: `refine` stops here (an aligned M(T_obs) is flat to 1e-8 around its minimum)
 NEARBY = 1 / 64  # of the duration: where a polygon's or a uniform grid's best times are looked for
 
 
+@overload
 def solve(
-    maneuver: Maneuver,
+    task: Maneuver,
+    settings: Settings | None = ...,
+    progress: Progress | None = ...,
+    programs: Programs | None = ...,
+) -> Plan: ...
+@overload
+def solve(
+    task: ArmManeuver,
+    settings: Settings | None = ...,
+    progress: Progress | None = ...,
+    programs: Programs | None = ...,
+) -> ArmPlan: ...
+@overload
+def solve(
+    task: Task,
+    settings: Settings | None = ...,
+    progress: Progress | None = ...,
+    programs: Programs | None = ...,
+) -> Plan: ...
+def solve(
+    task: Task,
     settings: Settings | None = None,
     progress: Progress | None = None,
     programs: Programs | None = None,
 ) -> Plan:
-    """The maneuver of least peak base reaction force, with its proof.
+    """The motion of least peak base reaction force, with its proof.
 
     Args:
-        maneuver: what to do.
+        task: what to do: of a centre of mass, or of an arm in its workspace.
         settings: how; default an exact disc, 200 aligned holds, M as a variable, a global search to a gap of 1e-6.
         progress: called with (done, total).
         programs: where compiled programs are taken from; default a place of its own.
 
     Raises:
-        SpecError: when the settings do not fit the maneuver.
+        SpecError: when the settings do not fit the task.
     """
     settings = settings or Settings()
-    refuse_unfit(maneuver, settings)
-    until = after(settings.time_limit)
-    if maneuver.blocks:
-        return _past_blocks(maneuver, settings, progress, until, programs)
+    refuse_unfit(task, settings)
+    scene, job = scene_of(task), Job.begun(settings, progress, programs)
+    if scene.kind == "arm":
+        return arm_plan(scene, job)
+    return _point_plan(scene, job)
+
+
+def _point_plan(scene: PointScene, job: Job) -> Plan:
+    settings = job.settings
+    if scene.classes is not None:
+        return _past_blocks(scene, scene.classes, job)
     if isinstance(settings.search, GlobalSearch):
-        return _keeping(_global(maneuver, settings, progress, until, programs), until)
+        return _past_walls(scene, job)
     if isinstance(settings.search, RefineSearch):
-        return _refine(maneuver, settings, progress, programs)
-    return sweep(maneuver, settings, progress=progress, programs=programs).best
+        return plan_of(scene, settings, refined(scene.task, job))
+    return swept(scene, job).best
 
 
-def _global(
-    maneuver: Maneuver, settings: Settings, progress: Progress | None, until: float, programs: Programs | None
-) -> Plan:
+def _past_walls(scene: PointScene, job: Job) -> Plan:
     """Branch and bound in continuous time, then the settings' own control at (or near) the best times."""
-    began = time.perf_counter()
+    settings, mass = job.settings, scene.mass
     assert isinstance(settings.search, GlobalSearch)
-    mass = PointMass.of(maneuver)
-    least = LeastPeak(maneuver.past(maneuver.walls), settings, until=until, programs=programs)
+    least = job.least(scene.task.past(scene.task.walls))
     same = isinstance(settings.method, Exact) or (
-        isinstance(settings.circle, Disc) and not isinstance(settings.grid, Uniform)
+        settings.circle.kind == "disc" and not isinstance(settings.grid, Uniform)
     )
-    search_until = until if same and maneuver.simple else part(until)
-    found = least_over_times(mass, settings.search.gap, settings.node_limit, search_until, progress)
+    until = job.until if same and scene.task.simple else part(job.until)
+    found = least_over_times(mass, settings.search.gap, settings.node_limit, until, job.progress)
     times = found.times * mass.time
     if not same and mass.walls:
-        times = _closer(least, times, NEARBY * mass.time, until)
-    proof = Proof("all", tuple(found.leaves))
-    return plan_at(least, times, began, nodes=found.nodes, proof=proof, of=maneuver)
+        times = closer(least, times, NEARBY * mass.time, job.until)
+    plan = plan_of(scene, settings, job.at(least, times, found.nodes, Proof("all", tuple(found.leaves))))
+    return _kept_out(scene, job, plan)
 
 
-def _past_blocks(
-    maneuver: Maneuver, settings: Settings, progress: Progress | None, until: float, programs: Programs | None
-) -> Plan:
-    """The search over the ways in continuous time, then the settings' own control past the walls that it put up.
-
-    A held control bends a little otherwise than the one that was proved free: its walls are raised until it is free.
-    """
-    began = time.perf_counter()
+def _past_blocks(scene: PointScene, classes: BlockClasses, job: Job) -> Plan:
+    """The search over the ways in continuous time, then the settings' own control past the walls that it put up."""
+    settings = job.settings
     assert isinstance(settings.search, GlobalSearch)
-    cells = Cells.of(maneuver)
-    if cells.ways is None:
+    if classes.cells.ways is None:
         raise SpecError(
             "maneuver.obstacles: was closed on the sides asked for, must leave a way between start and goal"
         )
-    found = Search(cells, settings.search.gap, settings.node_limit, part(until)).run(
-        cells.ways, settings.rounds, progress
-    )
-    free, proof = found.best or found.nearest, WaysProof(found.branches)
-    lift, past = free.lift, free.past
-    times = free.times * maneuver.duration
-    for _ in range(LIFTS):
-        least = LeastPeak(past, settings, until=until, programs=programs)
-        motion = least.motion(times)
-        if motion is None or found.best is None or over(until):
-            break
-        kept = keeping(maneuver, motion)
-        short = -min(kept.walls, kept.blocks)
-        if not short > 0:
-            break
-        lift += max(1.3 * short, FIRST_LIFT * cells.size)
-        raised = cells.maneuver_past(free.way, free.lines, lift)
-        if raised is None or not raised.walls:
-            break
-        past = raised
-    plan = plan_at(least, times, began, nodes=found.nodes, proof=proof, of=maneuver)
-    return _keeping(plan, until, cells, free.way)
+    effort = Effort(settings.search.gap, settings.node_limit, settings.rounds, part(job.until), progress=job.progress)
+    tree = Tree(classes, effort)
+    tree.run()
+    best = tree.best or tree.nearest
+    least, times = raised(classes, best, job, again=tree.best is not None)
+    plan = plan_of(scene, settings, job.at(least, times, effort.boxes, BlockProof(tree.root.trunk.branch())))
+    return _kept_out(scene, job, plan, best.one)
 
 
-def _keeping(plan: Plan, until: float, cells: Cells | None = None, way: Way = ()) -> Plan:
+def _kept_out(scene: PointScene, job: Job, plan: Plan, one: WayClass | None = None) -> Plan:
     """The plan, or where its path leaves the region, goes too fast or meets a wall again, one that does not."""
-    if plan.status != "unknown" or plan.trajectory is None or plan.keeping().passed(plan.maneuver):
+    if plan.status != "unknown" or plan.kept is None or plan.kept.passed:
         return plan
-    from .held import KeptProgram
-
-    began, count = time.perf_counter(), Count()
-    circle = plan.settings.circle.facing(Frame.from_maneuver(plan.maneuver).angle)
-    program = KeptProgram(plan.maneuver, plan.walls, circle, plan.settings.grid, count, cells, way, until)
-    found = program.best(plan.obstacle_times / plan.maneuver.duration)
+    hold = Hold(scene, plan.crossing, job, one)
+    found = hold.best(plan.obstacle_times / scene.task.duration)
     if found is None:
         return plan
-    times, bracket, motion = found
+    before = plan.made
     made = replace(
-        plan.made,
-        compilations=plan.made.compilations + count.compilations,
-        solves=plan.made.solves + count.solves,
-        seconds=plan.made.seconds + time.perf_counter() - began,
+        job.made(before.nodes, hold.count),
+        compilations=before.compilations + hold.count.compilations,
+        solves=before.solves + hold.count.solves,
     )
-    return from_bracket(plan.maneuver, plan.settings, times, bracket, motion, plan.proof, made, plan.walls)
-
-
-def _refine(maneuver: Maneuver, settings: Settings, progress: Progress | None, programs: Programs | None) -> Plan:
-    """A sweep with n = 1 over the whole duration (the paper's good initial guess), then closer with the real circle."""
-    began = time.perf_counter()
-    assert isinstance(settings.search, RefineSearch)
-    walls, count = len(maneuver.walls), settings.search.count
-    until = after(settings.time_limit)
-    least = LeastPeak(maneuver, settings, until=until, programs=programs)
-    if not walls:
-        return plan_at(least, np.zeros(0), began)
-    coarse_solver = settings.solver if settings.solver in SOLVERS["polygon"] else "CLARABEL"
-    coarse_settings = settings.model_copy(update={"method": Direct(), "solver": coarse_solver})
-    coarse = LeastPeak(maneuver, coarse_settings, circle=Polygon(segments=1), until=until, programs=programs)
-    spacing = maneuver.duration / (count + 1)
-    points = list(itertools.combinations(spacing * np.arange(1, count + 1), walls))
-    ends: list[float] = []
-    part_of_it = part(until)
-    for done, point in enumerate(points, 1):
-        ends.append(coarse(np.array(point)).upper)
-        if progress:
-            progress(done, len(points))
-        if over(part_of_it):
-            break
-    best = _closer(least, np.array(points[int(np.argmin(ends))]), spacing, until)
-    return plan_at(least, best, began, also=coarse)
-
-
-def _closer(least: LeastPeak, best: Array, spacing: float, until: float) -> Array:
-    """Better obstacle times [s] near the given ones, shape (q,).
-
-    Each round asks around the winner at half the spacing of the round before, until it is 1e-4 of the duration or
-    half a node of a uniform grid, or the time is over.
-    """
-    grid, duration = least.settings.grid, least.mass.time
-    finest = duration * (max(FINEST, 0.5 / grid.steps) if isinstance(grid, Uniform) else FINEST)
-    while spacing > finest and not over(until):
-        around = itertools.takewhile(lambda _: not over(until), _around(best, spacing, duration))
-        best = min(around, key=lambda point: peak_of(least(point), least.settings.circle), default=best)
-        spacing /= 2
-    return best
-
-
-def _around(best: Array, spacing: float, duration: float) -> Iterator[Array]:
-    """The ordered obstacle times within one spacing of the best ones, the best itself first."""
-    yield best
-    offsets = (-1.0, -0.5, 0.0, 0.5, 1.0) if len(best) == 1 else (-1.0, 0.0, 1.0)
-    for offset in itertools.product(offsets, repeat=len(best)):
-        point = best + spacing * np.array(offset)
-        if np.all(np.diff([0.0, *point, duration]) > 0):
-            yield point
+    return plan_of(scene, job.settings, replace(found, proof=plan.proof, made=made))

@@ -4,28 +4,32 @@ from __future__ import annotations
 
 import itertools
 import json
-import time
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..deadline import after, over
+from ..byname import found
+from ..deadline import over, part
 from ..errors import SpecError
-from ..plan.plan import Made, Plan, from_bracket, peak_of
-from ..programs.compiled import Programs
+from ..files import csv_text
+from ..geometry.trajectory import Trajectory
+from ..plan.found import Found, plan_of
+from ..plan.plan import Plan
 from ..programs.least_peak import LeastPeak
-from ..proofs.bounds import Proof
-from ..scenes.blocks import WaysProof
+from ..programs.program import Programs
+from ..proofs.bracket import Bracket
+from ..scenes.kinds import PointScene, scene_of
+from ..spec.control_set import Polygon
 from ..spec.maneuver import Maneuver, walls_only
-from ..spec.settings import Settings, SweepSearch
-from ..spec.spec import refuse_unfit
-from ..types import Array, Mask, Progress
+from ..spec.settings import SOLVERS, Direct, RefineSearch, Settings, SweepSearch, Uniform
+from ..spec.spec import refuse_other, refuse_unfit
+from ..types import Array, Axes, Mask, Progress
+from .job import Job
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
+FINEST = 1e-4  # of the duration: `refined` stops here (an aligned M(T_obs) is flat to 1e-8 around its minimum)
 APART = 1e-15  # of the duration: least time between two walls that are asked for
 
 
@@ -59,9 +63,7 @@ class Sweep:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """M over T_obs (the paper's figure 7), one wall only."""
-        from ..view.plots import peak_over_time
-
-        return peak_over_time(self, ax=ax)
+        return found("peakmin.view.curves:peak_over_time")(self, ax=ax)
 
     def document(self) -> dict[str, Any]:
         """The sweep as plain JSON data."""
@@ -83,9 +85,8 @@ class Sweep:
     def to_csv(self) -> str:
         """Rows of obstacle times [s], least M and its lower end [m/s^2]."""
         times = self.obstacle_times.reshape(len(self.peak), -1)
-        head = ",".join([*(f"T_{i + 1}" for i in range(times.shape[1])), "peak", "lower"])
-        rows = np.column_stack([times, self.peak, self.lower])
-        return "\n".join([head, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n"
+        head = [*(f"T_{i + 1}" for i in range(times.shape[1])), "peak", "lower"]
+        return csv_text(head, np.column_stack([times, self.peak, self.lower]).tolist())
 
 
 def sweep(
@@ -109,13 +110,18 @@ def sweep(
     Raises:
         SpecError: when the settings or times do not fit the maneuver.
     """
-    began = time.perf_counter()
     settings = settings or Settings()
     if isinstance(settings, Settings) and not isinstance(settings.search, SweepSearch):
         settings = settings.model_copy(update={"search": SweepSearch()})
-    if isinstance(maneuver, Maneuver):
-        walls_only(maneuver, "a sweep")
+    refuse_other(maneuver, Maneuver)
+    walls_only(maneuver, "a sweep")
     refuse_unfit(maneuver, settings)
+    return swept(scene_of(maneuver), Job.begun(settings, progress, programs), times)
+
+
+def swept(scene: PointScene, job: Job, times: ArrayLike | None = None) -> Sweep:
+    """The sweep of a scene whose settings fit it, as `sweep`."""
+    maneuver, settings = scene.task, job.settings
     walls = len(maneuver.walls)
     if times is None:
         assert isinstance(settings.search, SweepSearch)
@@ -125,27 +131,74 @@ def sweep(
         points = _given(times, walls)
     points = points.reshape(-1, walls) if walls else np.zeros((1, 0))
     _refuse(points, maneuver)
-    until = after(settings.time_limit)
-    least = LeastPeak(maneuver, settings, until=until, programs=programs)
-    brackets = []
+    least = job.least(maneuver)
+    brackets: list[Bracket] = []
     for done, point in enumerate(points, 1):
         brackets.append(least(point))
-        if progress:
-            progress(done, len(points))
-        if over(until):
+        if job.progress:
+            job.progress(done, len(points))
+        if over(job.until):
             break
     asked, points = len(points), points[: len(brackets)]
-    unit = least.mass.unit
-    peaks = np.array([peak_of(b, settings.circle) for b in brackets]) * unit
+    peaks = np.array([least.bound(point) for point in points])
     return Sweep(
         maneuver,
         settings,
         points[:, 0] if walls == 1 else points,
         peaks,
-        np.array([b.lower for b in brackets]) * unit,
-        plan_at(least, points[int(np.argmin(peaks))], began),
+        np.array([b.lower for b in brackets]) * least.mass.unit,
+        plan_of(scene, settings, job.at(least, points[int(np.argmin(peaks))])),
         asked,
     )
+
+
+def refined(maneuver: Maneuver, job: Job) -> Found[Trajectory]:
+    """A sweep with n = 1 over the whole duration (the paper's good initial guess), then closer with the real circle."""
+    settings, walls = job.settings, len(maneuver.walls)
+    assert isinstance(settings.search, RefineSearch)
+    least, count = job.least(maneuver), settings.search.count
+    if not walls:
+        return job.at(least, np.zeros(0))
+    coarse_solver = settings.solver if settings.solver in SOLVERS["polygon"] else "CLARABEL"
+    quick = settings.model_copy(update={"method": Direct(), "solver": coarse_solver})
+    coarse = replace(job, settings=quick).least(maneuver, Polygon(segments=1))
+    spacing = maneuver.duration / (count + 1)
+    points = list(itertools.combinations(spacing * np.arange(1, count + 1), walls))
+    ends: list[float] = []
+    part_of_it = part(job.until)
+    for done, point in enumerate(points, 1):
+        ends.append(coarse(np.array(point)).upper)
+        if job.progress:
+            job.progress(done, len(points))
+        if over(part_of_it):
+            break
+    best = closer(least, np.array(points[int(np.argmin(ends))]), spacing, job.until)
+    return job.at(least, best, 0, None, coarse.count)
+
+
+def closer(least: LeastPeak, best: Array, spacing: float, until: float) -> Array:
+    """Better obstacle times [s] near the given ones, shape (q,).
+
+    Each round asks around the winner at half the spacing of the round before, until it is 1e-4 of the duration or
+    half a node of a uniform grid, or the time is over.
+    """
+    grid, duration = least.settings.grid, least.mass.time
+    finest = duration * (max(FINEST, 0.5 / grid.steps) if isinstance(grid, Uniform) else FINEST)
+    while spacing > finest and not over(until):
+        around = itertools.takewhile(lambda _: not over(until), _around(best, spacing, duration))
+        best = min(around, key=least.bound, default=best)
+        spacing /= 2
+    return best
+
+
+def _around(best: Array, spacing: float, duration: float) -> Iterator[Array]:
+    """The ordered obstacle times within one spacing of the best ones, the best itself first."""
+    yield best
+    offsets = (-1.0, -0.5, 0.0, 0.5, 1.0) if len(best) == 1 else (-1.0, 0.0, 1.0)
+    for offset in itertools.product(offsets, repeat=len(best)):
+        point = best + spacing * np.array(offset)
+        if np.all(np.diff([0.0, *point, duration]) > 0):
+            yield point
 
 
 def _given(times: ArrayLike, walls: int) -> Array:
@@ -175,34 +228,3 @@ def in_order(times: Array, duration: float) -> Mask:
     return np.asarray(
         np.all(np.diff(np.concatenate([ends, times, ends + duration], axis=-1)) > APART * duration, axis=-1)
     )
-
-
-def plan_at(
-    least: LeastPeak,
-    times: Array,
-    began: float,
-    also: LeastPeak | None = None,
-    nodes: int = 0,
-    proof: Proof | WaysProof | None = None,
-    of: Maneuver | None = None,
-) -> Plan:
-    """The plan at these obstacle times [s], shape (q,), with an account of the work since `began`.
-
-    Args:
-        began: a `time.perf_counter()`.
-        also: another M(T_obs) that was used on the way.
-        nodes: boxes of obstacle times looked at.
-        proof: of all obstacle times.
-        of: the maneuver with blocks or bounds on the path, where that of `least` has but the walls that it takes.
-    """
-    bracket, motion = least(times), least.motion(times)
-    counts = [each.count for each in (least, also) if each is not None]
-    made = Made(
-        solver=least.settings.solver,
-        compilations=sum(count.compilations for count in counts),
-        solves=sum(count.solves for count in counts),
-        nodes=nodes,
-        seconds=time.perf_counter() - began,
-    )
-    walls, asked = least.maneuver.walls, of or least.maneuver
-    return from_bracket(asked, least.settings, least.place(times), bracket, motion, proof, made, walls)

@@ -1,296 +1,340 @@
-"""The least peak past blocks: ways through the gaps between them, best bound first, walls where a path needs them.
+"""Best bound first over the classes of paths of one scene, with its proof.
 
-A node has gaps left in every strip and a few lines; on each line a wall leaves the hull of the gaps free. Its certified
-least peak bounds every path with such a way from below. Where its path leaves the hull, a line is put in at the worst
-place; where it is in the hull but in no gap, the node falls into one for each gap of that strip. A path found free
-is an upper end; where it cuts into a block by a little, its walls are raised by a little.
+A node stands for the paths of one class; the certified least peak past its walls bounds them. Where its path goes
+through something, it is looked at with another wall, or falls into the parts of a cut. A path that is free is an upper
+end; one that cuts into something by a little has its walls raised by a little.
 """
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-
-import numpy as np
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Generic, TypeVar
 
 from ..deadline import over
+from ..programs.least_peak import LeastPeak
+from ..proofs.bounds import Leaf
 from ..proofs.branch_and_bound import Certificate, least_over_times
 from ..proofs.double_integrator import PointMass
 from ..proofs.extremal import extremal
-from ..scenes.blocks import Branch, Cells, Line, Way
-from ..scenes.kept import keeping
+from ..proofs.frontier import Frontier
+from ..scenes.proof_tree import Branch
+from ..scenes.scene import Again, Bounded, Samples, Scene
 from ..spec.maneuver import Maneuver
-from ..spec.spec import MOST_CERTIFIED
 from ..types import Array, Progress
+from .job import Job
 
-SAMPLES = 2000  # of a path when looking for its worst place; what is free is proved by `peakmin.geometry.clearance`
-SNAP = 0.05  # of a strip: a line this close to the strip's end is put there, where the corner is
-A_LITTLE = 0.05  # of the scene: a path that is no deeper in a block is raised clear of it
-NEAR = 0.03  # of the way: lines closer than this replace each other
-IDLE = 1e-6  # of the largest multiplier
-FEW = 3  # samples in a strip, below which its ends are looked at
-LEVEL = 1e-6  # relative: places that are so nearly as far off as each other count as equal
-SHALLOW = 1e-7  # of the scene: a path no deeper in a block is left to be raised
-FIRST_LIFT = 1e-8  # of the scene
-LIFTS = 8
-PATIENCE, WORTH = 12, 0.9  # steps in which the gap must have come down to this share of itself, or the search ends
-BOXES, MORE = 80, 10  # of obstacle times at first, for one wall; times as many where a node's own gap is what is left
+One = TypeVar("One")
+Part = TypeVar("Part")
+Cut = TypeVar("Cut")
+Looks = TypeVar("Looks")
+
+
+@dataclass
+class Effort:
+    """How much a search may do, and what it has done.
+
+    gap: relative, at which it ends;  most_boxes, most_rounds: boxes of obstacle times, and classes bounded;  until: a
+    deadline;  finest: no class is bounded to a smaller gap;  limit: a bound [m/s^2] above which nothing is asked;
+    hasty: whether a class is left as soon as its bound is above what is known or asked, and at once when it is late.
+    """
+
+    gap: float
+    most_boxes: int
+    most_rounds: int
+    until: float = math.inf
+    finest: float = 0.0
+    limit: float = math.inf
+    hasty: bool = False
+    progress: Progress | None = None
+    boxes: int = 0
+    rounds: int = 0
+
+    @property
+    def late(self) -> bool:
+        """Whether boxes or time are used up."""
+        return self.boxes >= self.most_boxes or over(self.until)
+
+    @property
+    def over(self) -> bool:
+        """Whether to come to an end."""
+        return self.rounds >= self.most_rounds or self.late
+
+    def least(self, past: Maneuver, boxes: int, start: Array | None = None, known: float = math.inf) -> Certificate:
+        """The least peak past walls by so many boxes, to a quarter of the gap.
+
+        Args:
+            start: about the best times [scaled], (q,).
+            known: a peak [m/s^2] that is had already.
+        """
+        self.rounds += 1
+        mass, enough = PointMass.of(past), math.inf
+        if self.hasty:
+            enough = 0.0 if self.late else min(known, self.limit) / mass.unit
+        found = least_over_times(
+            mass,
+            max(self.gap, self.finest) / 4,
+            node_limit=max(min(boxes, self.most_boxes - self.boxes), 1),
+            until=self.until,
+            start=start,
+            enough=enough,
+        )
+        self.boxes += found.nodes
+        if self.progress:
+            self.progress(self.rounds, self.most_rounds)
+        return found
 
 
 @dataclass(frozen=True)
-class Free:
-    """A path past walls: the maneuver with them, the obstacle times [scaled] (q,), and its peak [m/s^2].
+class Candidate(Generic[One]):
+    """A path past the walls of a class, narrowed by `lift` [m], at obstacle times [scaled], (q,); its peak [m/s^2]."""
 
-    way, lines, lift: what `Cells.maneuver_past` makes the walls from.
-    """
-
-    way: Way
-    lines: tuple[Line, ...]
+    one: One
     lift: float
     past: Maneuver
     times: Array
     peak: float
 
 
-@dataclass(frozen=True)
-class Found:
-    """What the search proved: lower <= the least peak of all free paths [m/s^2], with the branches that prove it.
+@dataclass
+class Trunk(Generic[Cut, Looks]):
+    """What grows into a branch of the proof: a node's leaves, the cut it is split by and a trunk for each part.
 
-    best: the best free path met, or None;  nearest: else the path of the best bound.
+    Parts that look at the same are one trunk, with how much of each is looked at where that is not the trunk's own.
     """
 
-    lower: float
-    branches: tuple[Branch, ...]
-    best: Free | None
-    nearest: Free
-    nodes: int
-    rounds: int
+    leaves: tuple[Leaf, ...]
+    looks: Looks
+    cut: Cut | None = None
+    children: list[tuple[Looks | None, Trunk[Cut, Looks]] | None] = field(default_factory=list)
+
+    def branch(self) -> Branch[Cut, Looks]:
+        """The proof of this node and all below it."""
+        below: list[Branch[Cut, Looks] | None] = []
+        for child in self.children:
+            made = None if child is None else child[1].branch()
+            looks = None if child is None else child[0]
+            below.append(made if made is None or looks is None else replace(made, looks=looks))
+        return Branch(self.leaves, self.looks, self.cut, tuple(below))
 
 
 @dataclass(frozen=True)
-class _Node:
-    way: Way
-    lines: tuple[Line, ...]
-    past: Maneuver
-    certificate: Certificate
-    bound: float  # and the branch that proves it, this node's own or an ancestor's
-    branch: Branch
-    tried: frozenset[Line] = frozenset()  # lines that were put in on the way here
+class Node(Generic[One, Part, Cut, Looks]):
+    """A class that waits, and where it stands in the proof."""
 
-    @property
-    def mass(self) -> PointMass:
-        return PointMass.of(self.past)
+    here: Bounded[One]
+    part: Part
+    trunk: Trunk[Cut, Looks]
 
 
-def _boxes(walls: int, effort: int) -> int:
-    """Boxes for so many walls: each takes longer the more there are, and another line may do more."""
-    return effort * max(BOXES // max(walls, 1) ** 2, 4)
+class Tree(Generic[One, Part, Cut, Looks]):
+    """The search over one scene's classes.
 
+    best: the best free path met, or None;  last: the node looked at last.
+    """
 
-class Search:
-    """Best-first search over the ways of one maneuver with blocks."""
-
-    def __init__(self, cells: Cells, gap: float, node_limit: int, until: float = math.inf) -> None:
-        self.maneuver, self.gap, self.cells = cells.maneuver, gap, cells
-        self._most, self._until = node_limit, until
-        self.boxes = self.rounds = 0
-        self.best: Free | None = None
-        self._serial = itertools.count()
-        self._heap: list[tuple[float, int, _Node]] = []
-        self._closed: list[_Node] = []
-
-    @property
-    def upper(self) -> float:
-        """The least peak of a free path that is known [m/s^2]."""
-        return math.inf if self.best is None else self.best.peak
-
-    @property
-    def _nodes(self) -> list[_Node]:
-        """The nodes that together stand for every way."""
-        return [node for _, _, node in self._heap] + self._closed
+    def __init__(self, scene: Scene[One, Part, Cut, Looks], effort: Effort) -> None:
+        self.scene, self.effort = scene, effort
+        self.best: Candidate[One] | None = None
+        self._known = math.inf
+        self._waiting: Frontier[Node[One, Part, Cut, Looks]] = Frontier()
+        self._closed: list[Node[One, Part, Cut, Looks]] = []
+        part, looks = scene.first
+        first = scene.seen(part, looks)
+        here = None if first is None else self._bounded(first)
+        assert here is not None
+        trunk: Trunk[Cut, Looks] = Trunk(tuple(here.certificate.leaves), looks)
+        self.root: Node[One, Part, Cut, Looks] = Node(here, part, trunk)
+        self.last = self.root
+        self._wait(self.root)
 
     @property
     def lower(self) -> float:
-        """No free path has a smaller peak [m/s^2]."""
-        return min(self.upper, *(node.bound for node in self._nodes))
+        """No path has a smaller peak [m/s^2]; infinite where none is left."""
+        return min((node.here.bound for node in (*self._waiting.items, *self._closed)), default=math.inf)
 
-    def run(self, way: Way, rounds: int, progress: Progress | None) -> Found:
-        """Search until the gap is reached or comes down no more, or for so many rounds, boxes and seconds."""
-        self._push(self._solve(way, ()))
-        last, stalled, gap = self._heap[0][2], 0, 1.0
-        while self._heap and self._heap[0][0] < (1 - self.gap) * self.upper:
-            if stalled >= PATIENCE or self.rounds >= rounds or self.boxes >= self._most or over(self._until):
-                break
-            last = heapq.heappop(self._heap)[2]
-            for child in self._expand(last):
-                self._push(child)
-            left = 1 - self.lower / self.upper if self.upper else 0.0
-            stalled, gap = (0, left) if math.isinf(self.upper) or left < WORTH * gap else (stalled + 1, gap)
-            if progress:
-                progress(self.rounds, self.rounds + len(self._heap))
-        branches = tuple(node.branch for node in self._nodes)
-        return Found(self.lower, branches, self.best, self._as_free(last), self.boxes, self.rounds)
+    @property
+    def upper(self) -> float:
+        """The least peak of a free path that was met [m/s^2]."""
+        return math.inf if self.best is None else self.best.peak
 
-    def _as_free(self, node: _Node) -> Free:
-        found = node.certificate
-        return Free(node.way, node.lines, 0.0, node.past, found.times, found.best.upper * node.mass.unit)
+    @property
+    def nearest(self) -> Candidate[One]:
+        """The path of the node looked at last, free or not."""
+        here = self.last.here
+        return Candidate(here.one, 0.0, here.past, here.certificate.times, here.certificate.best.upper * here.mass.unit)
 
-    def _push(self, node: _Node | None) -> None:
-        if node is not None:
-            heapq.heappush(self._heap, (node.bound, next(self._serial), node))
-
-    def _solve(
+    def run(
         self,
-        way: Way,
-        lines: tuple[Line, ...],
-        parent: _Node | None = None,
-        path: Array | None = None,
-        effort: int = 1,
-    ) -> _Node | None:
-        """The certified least peak past these lines; None where no path has such a way.
+        upper: Callable[[], float] = lambda: math.inf,
+        no: float = math.inf,
+        seen: Callable[[Bounded[One], int], None] = lambda here, count: None,
+    ) -> None:
+        """Search until the gap to the best peak is reached or comes down no more, or until the effort is over.
 
         Args:
-            parent: whose bound holds too.
-            path: samples of a path that crosses the lines at about the right times.
-            effort: times as many boxes of obstacle times as at first.
+            upper: a peak that is known from elsewhere [m/s^2];  no: a bound [m/s^2] that says no.
+            seen: called with each class that is looked at, and how many have been.
         """
-        past = self.cells.maneuver_past(way, lines)
+        manner, gap, stalled, best, count = self.scene.manner, self.effort.gap, 0, 1.0, 0
+        while self._waiting and not self.effort.over:
+            known = min(upper(), self.upper)
+            self._known = known
+            if self._waiting.lowest >= min((1 - gap) * known, no) or stalled >= manner.patience:
+                break
+            self.last, count = self._waiting.pop()[1], count + 1
+            seen(self.last.here, count)
+            for child in self._expand(self.last, known):
+                self._wait(child)
+            known = min(known, upper(), self.upper)
+            left = 1 - min(self.lower, known) / known if known > 0 else 0.0
+            better = (manner.waiting and math.isinf(known)) or left < manner.worth * best
+            stalled, best = (0, left) if better else (stalled + 1, best)
+
+    def _wait(self, node: Node[One, Part, Cut, Looks]) -> None:
+        self._waiting.push(node.here.bound, node)
+
+    def _bounded(
+        self, one: One, above: Bounded[One] | None = None, path: Samples | None = None, more: bool = False
+    ) -> Bounded[One] | None:
+        """The certified least peak of a class; None where it has no paths.
+
+        Args:
+            above: whose bound holds too;  path: one that crosses the walls at about the right times.
+            more: whether to look at more boxes.
+        """
+        past = self.scene.past(one)
         if past is None:
             return None
-        self.rounds += 1
-        mass, start = PointMass.of(past), None
-        if path is not None:
-            start = np.array([np.argmax(path[:, 0] >= x) / SAMPLES for x, _ in self.cells.marks(way, lines)])
-        boxes = min(_boxes(mass.walls, effort), max(self._most - self.boxes, 1))
-        found = least_over_times(mass, self.gap / 4, node_limit=boxes, until=self._until, start=start)
-        self.boxes += found.nodes
-        bound, branch = found.lower * mass.unit, Branch(way, lines, tuple(found.leaves))
-        tried = frozenset(lines)
-        if parent is not None:
-            tried |= parent.tried
-            if parent.bound > bound:
-                bound, branch = parent.bound, parent.branch
-        return _Node(way, lines, past, found, bound, branch, tried)
+        start = None if path is None else self.scene.crossings(one, path)
+        found = self.effort.least(past, self.scene.boxes(len(past.walls), more), start, self._known)
+        own = found.lower * PointMass.of(past).unit
+        return Bounded(one, past, found, own, max(own, 0.0 if above is None else above.bound), above)
 
-    def _expand(self, node: _Node) -> Iterator[_Node | None]:
+    def _expand(self, node: Node[One, Part, Cut, Looks], known: float) -> Iterator[Node[One, Part, Cut, Looks]]:
         """The nodes that together stand for this one; it is closed where nothing can be done for it."""
-        path = self._path(node)
-        outside = self._outside(node.way, path)
-        if outside.depth <= A_LITTLE * self.cells.size:
-            self._raise(node)
-        room = SHALLOW * self.cells.size
-        if node.bound >= (1 - self.gap) * self.upper:
+        here, scene = node.here, self.scene
+        path = scene.samples(here.one, here.motion)
+        if path.depth <= scene.manner.deep * scene.size and scene.motions:
+            self._raise(here, known)
+        if here.bound >= (1 - self.effort.gap) * min(known, self.upper) or over(self.effort.until):
             self._closed.append(node)
-        elif outside.hull > room and len(node.past.walls) < MOST_CERTIFIED and outside.line not in node.lines:
-            yield self._solve(node.way, self._with(node, outside.line), node, path)
-        elif outside.depth > room and len(node.way[outside.strip]) > 1:
-            for gap in node.way[outside.strip]:
-                if over(self._until):  # the rest of its ways stays with the node
-                    self._closed.append(node)
-                    return
-                way = self.cells.through(tuple((gap,) if k == outside.strip else g for k, g in enumerate(node.way)))
-                if way is None:
-                    continue
-                there = self._outside(way, path)
-                lines = self._with(node, there.line) if there.hull > room else node.lines
-                yield self._solve(way, lines, node, path)
-        elif not node.certificate.complete and node.certificate.nodes < _boxes(len(node.past.walls), MORE):
-            yield self._solve(node.way, node.lines, node, path, MORE)
+            return
+        step = scene.step(here, path, self.effort.until)
+        if isinstance(step, Again):
+            yield from self._again(node, path, step.looks, more=False)
+        elif step is not None:
+            yield from self._split(node, path, step)
+        elif not here.certificate.complete and here.certificate.nodes < scene.boxes(len(here.past.walls), True):
+            yield from self._again(node, path, node.trunk.looks, more=True)
         else:
             self._closed.append(node)
 
-    def _with(self, node: _Node, line: Line) -> tuple[Line, ...]:
-        """The lines that matter and this one, in place of those close to it unless it has been tried already.
+    def _again(
+        self, node: Node[One, Part, Cut, Looks], path: Samples, looks: Looks, more: bool
+    ) -> Iterator[Node[One, Part, Cut, Looks]]:
+        """The same paths, looked at in another way or with more boxes; the better proof stays."""
+        one = self.scene.seen(node.part, looks)
+        here = None if one is None else self._bounded(one, node.here, path, more)
+        trunk = node.trunk
+        if here is None:  # nothing crosses the walls: that is the proof
+            trunk.leaves, trunk.looks = (), looks
+            return
+        if here.own >= node.here.own:
+            trunk.leaves, trunk.looks = tuple(here.certificate.leaves), looks
+        yield replace(node, here=here)
 
-        Around a rounded corner the one line that is needed is so found; lines side by side make times coincide.
-        """
-        lines = [other for other in self._pushing(node) if other != line]
-        if line not in node.tried:
-            lines = [other for other in lines if abs(other[0] - line[0]) > NEAR * self.cells.length]
-        return (*lines, line)
-
-    def _pushing(self, node: _Node) -> tuple[Line, ...]:
-        """The lines whose walls matter to the node's path; without the others it is the same."""
-        size = np.hypot(*node.certificate.best.multipliers.T)
-        push = size[2:] > IDLE * np.max(size)
-        marks = self.cells.marks(node.way, node.lines)
-        return tuple(x for x, pushes in zip(marks, push, strict=True) if pushes)
-
-    def _path(self, node: _Node) -> Array:
-        """Samples of the node's path in the frame, shape (SAMPLES + 1, 2)."""
-        motion = node.certificate.best.motion.in_units(node.mass)
-        return self.cells.frame.position(motion.position(self.maneuver.duration * np.arange(SAMPLES + 1) / SAMPLES))
-
-    def _outside(self, way: Way, path: Array) -> _Outside:
-        """Where the path is furthest from the gaps, and where a line with the hull of the gaps would move it most."""
-        cells, worst = self.cells, _Outside()
-        for k, (left, right) in enumerate(zip(cells.lines, cells.lines[1:], strict=False)):
-            inside = (path[:, 0] >= left) & (path[:, 0] <= right) & (path[:, 0] > 0) & (path[:, 0] < cells.length)
-            there = path[inside]
-            if len(there) < FEW:  # a strip so thin that a path crosses it between two samples
-                there = np.concatenate([there, *(_crossings(path, x) for x in (left, right) if 0 < x < cells.length)])
-            if not len(there) or not way[k]:
+    def _split(
+        self, node: Node[One, Part, Cut, Looks], path: Samples, cut: Cut
+    ) -> Iterator[Node[One, Part, Cut, Looks]]:
+        """A node for each part of a cut that is not empty; parts that look at the same are one node."""
+        here, scene = node.here, self.scene
+        same: dict[One, Node[One, Part, Cut, Looks]] = {}
+        trunks: list[tuple[Looks | None, Trunk[Cut, Looks]] | None] = []
+        for part in scene.parts(here.one, cut):
+            if over(self.effort.until) and scene.manner.waiting:  # what is left of it stays with the node
+                self._closed.append(node)
+                return
+            if scene.empty(part):
+                trunks.append(None)
                 continue
-            x, y = there.T
-            sections = [cells.gaps[k][g].at(x) for g in way[k]]
-            low, high = (np.array([np.broadcast_to(ends[i], x.shape) for ends in sections]) for i in (0, 1))
-            depth = np.min(np.maximum(np.maximum(low - y, y - high), 0.0), axis=0)
-            at = int(np.argmax(depth))
-            if depth[at] > worst.depth:
-                worst = replace(worst, depth=float(depth[at]), strip=k)
-            off = np.maximum(np.maximum(np.min(low, axis=0) - y, y - np.max(high, axis=0)), 0.0)
-            # where a path runs along an edge, all of it is as far off: then where a corner is
-            furthest = np.flatnonzero(off >= np.max(off) * (1 - LEVEL))
-            at = int(furthest[np.argmin(np.minimum(x[furthest] - left, right - x[furthest]))])
-            if off[at] > worst.hull:
-                worst = replace(worst, hull=float(off[at]), line=(self._snapped(float(x[at]), left, right), k))
-        return worst
+            child, looks, new = self._child(here, part, path, same)
+            trunks.append((None if new else looks, child.trunk))
+            if new:
+                yield child
+        node.trunk.cut, node.trunk.children = cut, trunks
 
-    def _snapped(self, x: float, left: float, right: float) -> float:
-        near = SNAP * (right - left)
-        if x - left < near and left > 0:
-            return left
-        if right - x < near and right < self.cells.length:
-            return right
-        return x
+    def _child(
+        self, above: Bounded[One], part: Part, path: Samples, same: dict[One, Node[One, Part, Cut, Looks]]
+    ) -> tuple[Node[One, Part, Cut, Looks], Looks, bool]:
+        """The node of a part, with how much is looked at, and whether it is a new one."""
+        tried: dict[One, Bounded[One]] = {}
 
-    def _raise(self, node: _Node) -> None:
-        """A free path near the node's, its walls raised as little as it takes; kept where it is the best."""
-        size, lift = self.cells.size, FIRST_LIFT * self.cells.size
-        for _ in range(LIFTS):
-            past = self.cells.maneuver_past(node.way, node.lines, lift)
-            if past is None or lift > 2 * A_LITTLE * size or over(self._until):
+        def solve(looks: Looks) -> Bounded[One]:
+            one = self.scene.seen(part, looks)
+            assert one is not None
+            if one not in tried:
+                found = same[one].here if one in same else self._bounded(one, above, path)
+                assert found is not None
+                tried[one] = found
+            return tried[one]
+
+        looks, here = self.scene.child(part, above, path, solve)
+        if here.one in same:
+            return same[here.one], looks, False
+        trunk: Trunk[Cut, Looks] = Trunk(tuple(here.certificate.leaves), looks)
+        node: Node[One, Part, Cut, Looks] = Node(here, part, trunk)
+        same[here.one] = node
+        return node, looks, True
+
+    def _raise(self, here: Bounded[One], known: float) -> None:
+        """A free path near the class's, its walls raised as little as it takes; kept where it is the best."""
+        manner, size = self.scene.manner, self.scene.size
+        lift = manner.first_lift * size
+        for _ in range(manner.lifts):
+            past = self.scene.past(here.one, lift)
+            if past is None or lift > 2 * manner.deep * size or over(self.effort.until):
                 return
             mass = PointMass.of(past)
-            found = extremal(mass, node.certificate.times)
+            found = extremal(mass, here.certificate.times)
             peak = found.upper * mass.unit
-            if not peak < self.upper:
+            if not peak < min(known, self.upper):
                 return
-            kept = keeping(self.maneuver, found.motion.in_units(mass))
-            short = -min(kept.walls, kept.blocks)
+            motion = found.motion.in_units(mass)
+            short = self.scene.quick_short(motion)
+            short = short if short > 0 else self.scene.short(motion)
             if not short > 0:
-                self.best = Free(node.way, node.lines, lift, past, node.certificate.times, peak)
+                self.best = Candidate(here.one, lift, past, here.certificate.times, peak)
                 return
-            if not node.past.walls:
+            if not here.past.walls:
                 return
-            lift += max(1.3 * short, FIRST_LIFT * size)
+            lift += max(1.3 * short, manner.first_lift * size)
 
 
-def _crossings(path: Array, x: float) -> Array:
-    """Where a path through samples (n, 2) crosses the line at x, (m, 2)."""
-    k = np.flatnonzero((path[:-1, 0] < x) != (path[1:, 0] < x))
-    share = (x - path[k, 0]) / (path[k + 1, 0] - path[k, 0])
-    return np.stack([np.full(len(k), x), path[k, 1] + share * (path[k + 1, 1] - path[k, 1])], axis=1)
+def raised(scene: Scene[One, Part, Cut, Looks], best: Candidate[One], job: Job, again: bool) -> tuple[LeastPeak, Array]:
+    """The settings' own M past a candidate's walls, raised until its path is free, and the candidate's times [s], (q,).
 
+    A held control bends a little otherwise than the one that was proved free.
 
-@dataclass(frozen=True)
-class _Outside:
-    """depth: how far [m] the path is from any gap, in `strip`;  hull: from the hull of the gaps, at `line`."""
-
-    depth: float = 0.0
-    strip: int = 0
-    hull: float = 0.0
-    line: Line = (0.0, 0)
+    Args:
+        again: whether to raise them at all.
+    """
+    past, lift, times = best.past, best.lift, best.times * best.past.duration
+    least = job.least(past)
+    for _ in range(scene.manner.lifts if again else 0):
+        motion = least.motion(times)
+        if motion is None or over(job.until):
+            break
+        short = scene.short(motion)
+        if not short > 0:
+            break
+        lift += max(1.3 * short, scene.manner.first_lift * scene.size)
+        higher = scene.past(best.one, lift)
+        if higher is None or not higher.walls:
+            break
+        further = job.least(higher)
+        if further.motion(times) is None:
+            break
+        least = further
+    return least, times

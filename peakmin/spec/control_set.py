@@ -10,7 +10,7 @@ every proof in this package:
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -42,16 +42,6 @@ class Disc(Model):
         """Largest p . u over the shape, shape (..., 2) -> (...)."""
         return np.hypot(p[..., 0], p[..., 1])
 
-    def constraints(self, v: Any) -> list[Any]:
-        """cvxpy constraints that hold every row of v, shape (steps, 2), in the shape."""
-        import cvxpy as cp  # a second to import: a spec that is refused does not pay for it
-
-        return [cp.SOC(np.ones(v.shape[0]), v, axis=1)]
-
-    def hold_costate(self, constraints: list[Any]) -> Array | None:
-        """The p_k that the solved constraints' multipliers stand for, shape (steps, 2), up to its sign."""
-        dual = constraints[0].dual_value
-        return None if dual is None or dual[1] is None else np.reshape(dual[1], (-1, 2))
 
 
 class Polygon(Model):
@@ -140,14 +130,6 @@ class Polygon(Model):
         along: Array = np.hypot(u[..., 0], u[..., 1]) * np.cos(away)
         return along
 
-    def constraints(self, v: Any) -> list[Any]:
-        """cvxpy constraints that hold every row of v, shape (steps, 2), in the shape: a_j . v <= inradius."""
-        return [v @ self.normals.T <= self.inradius]
-
-    def hold_costate(self, constraints: list[Any]) -> Array | None:
-        """The p_k that the solved constraints' multipliers stand for, shape (steps, 2), up to its sign."""
-        dual = constraints[0].dual_value
-        return None if dual is None else np.asarray(dual @ self.normals)
 
 
 Circle = Annotated[Disc | Polygon, Field(discriminator="kind")]

@@ -99,13 +99,21 @@ def read_spec(path: str | Path) -> AnySpec:
         return spec_of(data)
 
 
+def refuse_other(given: object, kind: type[Task] = Task) -> None:
+    """Refuse what is no task, or none of this kind. Raises `SpecError`."""
+    _refuse_type("maneuver", given, kind, Maneuver.__name__ if kind is Task else kind.__name__)
+
+
+def _refuse_type(name: str, given: object, kind: type[Model], wanted: str) -> None:
+    if not isinstance(given, kind):
+        whole = " (a spec has both: .task, .settings)" if isinstance(given, AnySpec) else ""
+        raise SpecError(f"{name}: was a {type(given).__name__}, must be a peakmin.{wanted}{whole}")
+
+
 def refuse_unfit(task: Task, settings: Settings) -> None:
     """Refuse settings that do not fit the task. Raises `SpecError`."""
-    for name, given, kind in (("maneuver", task, Task), ("settings", settings, Settings)):
-        if not isinstance(given, kind):
-            whole = " (a spec has both: .task, .settings)" if isinstance(given, AnySpec) else ""
-            wanted = "Maneuver" if kind is Task else kind.__name__
-            raise SpecError(f"{name}: was a {type(given).__name__}, must be a peakmin.{wanted}{whole}")
+    refuse_other(task)
+    _refuse_type("settings", settings, Settings, Settings.__name__)
     if task.kind == "arm":
         if settings.search.kind != "global":
             raise SpecError(f"settings.search.kind: was {settings.search.kind!r}, must be 'global' for an arm")

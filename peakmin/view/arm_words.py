@@ -84,7 +84,7 @@ def write(plan: ArmPlan, out: Path, gif: bool = True) -> None:
 
 def solved(asked: ArmSpec, progress: Progress | None) -> ArmPlan:
     """The plan of a spec. Raises `PeakminError` where it has no motion."""
-    from ..search.solve_arm import solve_arm
+    from ..search.solve import solve as solve_arm
 
     plan = solve_arm(asked.task, asked.settings, progress)
     if plan.joints is None:

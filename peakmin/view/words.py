@@ -6,8 +6,6 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from ..plan.plan import Plan
-from ..scenes.impossible import impossible
-from ..scenes.kept import wall_clearances
 from ..spec.control_set import Disc
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Block
@@ -64,12 +62,14 @@ def _other_numbers(plan: Plan | ArmPlan) -> list[str]:
         return [text for name, text in tries.items() if any(f".{name}:" in one for one in plan.exceeded)]
     if plan.trajectory is None:
         return []
-    asked, kept, out = plan.maneuver, plan.keeping(), []
-    if kept.walls < 0 and len(asked.walls) > 1:
+    asked, kept, out = plan.maneuver, plan.kept, []
+    if kept is None:
+        return []
+    if any(one.field.startswith("obstacles") for one in kept.excesses) and len(asked.walls) > 1:
         out.append("the walls in another order: they are passed as they are listed")
-    if asked.max_speed is not None and kept.speed > asked.max_speed:
+    if kept.of("max_speed"):
         out.append("a larger max_speed, or a longer duration")
-    if kept.region < 0 and asked.blocks:
+    if kept.of("region") and asked.blocks:
         out.append("the other side of a block: side left or right")
     return out
 
@@ -174,21 +174,10 @@ def opening(plan: Plan | ArmPlan, bounded: str) -> list[str]:
 
 def not_kept(plan: Plan) -> list[str]:
     """What the path that was found does not keep of what was asked, in words."""
-    kept, asked, out = plan.keeping(), plan.maneuver, []
-    shown = impossible(asked)
-    if shown is not None:
-        out.append(f"{', '.join(shown.fields)}: {shown.because}")
-    elif asked.max_speed is not None and kept.speed > asked.max_speed * (1 + 1e-9):
-        out.append(f"max_speed {asked.max_speed:.6g} m/s: this path reaches {kept.speed:.6g} m/s")
-    if kept.region < -1e-9:
-        out.append(f"region: this path leaves it by {-kept.region:.6g} m")
-    if kept.walls < 0:
-        assert plan.trajectory is not None
-        each = wall_clearances(asked, plan.trajectory).items()
-        out += [f"obstacles[{i}]: this path crosses it {-depth:.6g} m beyond its tip" for i, depth in each if depth < 0]
-    if kept.blocks < 0:
-        out.append(f"blocks: this path comes {-kept.blocks:.6g} m too close, or passes one on the other side")
-    return out
+    shown = plan.scene.impossible()
+    said = [] if shown is None else [f"{', '.join(shown.fields)}: {shown.because}"]
+    excesses = () if plan.kept is None else plan.kept.excesses
+    return said + [one.words for one in excesses if shown is None or one.field != "max_speed"]
 
 
 def so_far(plan: Plan | ArmPlan) -> str:

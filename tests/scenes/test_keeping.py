@@ -9,7 +9,7 @@ import shapely
 import peakmin as pm
 from peakmin.geometry.clearance import block_clearance
 from peakmin.geometry.trajectory import HoldTrajectory
-from peakmin.scenes.kept import Keeping, _closed, _far, extent, inward, keeping, least_clearance, wall_clearances
+from peakmin.scenes.kept import Keeping, closed_behind, _far, extent, inward, keeping, kept, least_clearance, verdict, wall_clearances
 from tests.conftest import wall_maneuver
 from tests.geometry.test_clearance import hold, random_motion
 
@@ -90,7 +90,7 @@ def test_speeds_between_the_times_that_are_looked_at_are_charged():
 
 
 def test_the_verdict():
-    base = {"clearance": 1.0, "walls": 0.0, "blocks": 0.0, "region": 0.0, "speed": 2.0}
+    base = {"clearance": 1.0, "each_wall": {0: 0.0}, "blocks": 0.0, "region": 0.0, "speed": 2.0}
     asked = wall_maneuver(
         obstacles=(pm.Wall(tip=(0.5, -3)), pm.Block(vertices=[(5, 5), (6, 5), (6, 4)])),
         max_speed=2.0,
@@ -101,9 +101,9 @@ def test_the_verdict():
     assert extent(wall_maneuver(goal=pm.State(position=(0, 0)), obstacles=())) == 1
     for change, passes in (
         ({}, True),
-        ({"walls": -1e-15}, False),
+        ({"each_wall": {0: -1e-15}}, False),
         ({"blocks": -1e-15}, False),
-        ({"walls": math.nan}, False),
+        ({"each_wall": {0: math.nan}}, False),
         ({"blocks": math.nan}, False),
         ({"region": -8e-12}, True),
         ({"region": -1e-11}, False),
@@ -113,8 +113,8 @@ def test_the_verdict():
         ({"speed": math.nan}, False),
         ({"clearance": -1.0}, True),
     ):
-        assert Keeping(**(base | change)).passed(asked) == passes
-    assert Keeping(**(base | {"speed": 1e9})).passed(asked.model_copy(update={"max_speed": None}))
+        assert verdict(asked, Keeping(**(base | change))).passed == passes
+    assert verdict(asked.model_copy(update={"max_speed": None}), Keeping(**(base | {"speed": 1e9}))).passed
 
 
 def box(left, right, low, high, side="either"):
@@ -122,7 +122,7 @@ def box(left, right, low, high, side="either"):
 
 
 def holds_points(maneuver, *points):
-    closed = [shapely.Polygon(corners) for corners in _closed(maneuver, 1e3 * extent(maneuver))]
+    closed = [shapely.Polygon(corners) for corners in closed_behind(maneuver, 1e3 * extent(maneuver))]
     return [any(polygon.contains(shapely.Point(point)) for polygon in closed) for point in points]
 
 
@@ -145,7 +145,7 @@ def test_what_lies_behind_a_block_with_a_side_is_closed_between_start_and_goal(a
     ]  # fmt: skip
     right = scene(box(0.4, 0.6, -0.2, 0.1, "right"))
     assert holds_points(right, *at((0.5, 0.3), (0.5, 500), (0.5, -0.3), (0.3, 0.3))) == [True, True, False, False]
-    assert _closed(scene(box(0.4, 0.6, -0.2, 0.1)), 1e3 * unit) == ()
+    assert closed_behind(scene(box(0.4, 0.6, -0.2, 0.1)), 1e3 * unit) == ()
     wide = scene(box(0.4, 0.6, -0.2, 0.1, "left"), margin=0.05 * unit)
     assert holds_points(wide, *at((0.36, -0.3), (0.34, -0.3), (0.5, 0.13), (0.5, 0.16))) == [True, False, True, False]
     # no further than start and goal
@@ -154,7 +154,7 @@ def test_what_lies_behind_a_block_with_a_side_is_closed_between_start_and_goal(a
 
 
 @both
-def test_a_start_and_a_goal_behind_a_block_are_beside_what_is_closed(wrap):
+def test_a_start_and_a_goal_behind_a_block_are_beside_what_isclosed_behind(wrap):
     """Above a block that is passed below: away from the way one may go, along it not."""
     ends = {"start": pm.State(position=(5, 3)), "goal": pm.State(position=(6, 3))}
     for place, away in (((5, 3), -1), ((6, 3), 1)):
@@ -169,9 +169,9 @@ def test_a_start_and_a_goal_behind_a_block_are_beside_what_is_closed(wrap):
 def test_blocks_that_end_near_start_or_goal_are_passed_on_their_side(wrap, block):
     """Nothing is left out of what is closed behind those that reach no further."""
     asked = wall_maneuver(obstacles=[box(*block, 0.1, 0.3, "left")])
-    kept = keeping(asked, wrap(hold((0, 0), (1, 0), (0, 0))))
-    assert -4e-8 < kept.blocks < -1e-8
-    assert not kept.passed(asked)
+    found = keeping(asked, wrap(hold((0, 0), (1, 0), (0, 0))))
+    assert -4e-8 < found.blocks < -1e-8
+    assert not verdict(asked, found).passed
 
 
 @both
@@ -190,13 +190,13 @@ def test_what_is_behind_a_block_is_closed_however_far_away(speed):
     assert keeping(asked, below).blocks < -0.09
     assert keeping(asked, Opaque(below)).blocks < -0.09
     above = hold((0, 0), (1, speed), (0, -2 * speed))
-    assert keeping(asked, above).passed(asked)
+    assert kept(asked, above).passed
     assert 0.5 * speed <= _far(asked, below) < max(2e3, 4 * speed)
     wide = wall_maneuver(goal=pm.State(position=(50, 0)), obstacles=asked.blocks)
     assert _far(wide, hold((0, 0), (50, 0), (0, 0))) == 5e4
 
 
-def test_where_blocks_meet_is_closed():
+def test_where_blocks_meet_isclosed_behind():
     pair = wall_maneuver(obstacles=[box(0.4, 0.6, -2, 0.1), box(0.4, 0.6, 0.1, 2)])
     assert holds_points(pair, (0.5, 0.1), (0.5, -1), (0.7, 0.1)) == [True, True, False]
     through = hold((0, 0.1), (1, 0), (0, 0), (0, 0))  # along the joint: clear of each block, not of both
@@ -204,11 +204,11 @@ def test_where_blocks_meet_is_closed():
     assert keeping(pair, through).blocks == pytest.approx(-0.1)
     assert keeping(pair, through).clearance == 0
     apart = wall_maneuver(obstacles=[box(0.4, 0.6, -2, 0.05), box(0.4, 0.6, 0.15, 2)])
-    assert _closed(apart, 1e3) == ()
+    assert closed_behind(apart, 1e3) == ()
     assert keeping(apart, through).blocks == pytest.approx(0.05)
     near = apart.model_copy(update={"margin": 0.06})
     assert keeping(near, through).blocks == pytest.approx(-0.1 - math.sqrt(0.06**2 - 0.05**2), abs=1e-4)
-    assert _closed(wall_maneuver(goal=pm.State(position=(0, 0)), obstacles=pair.blocks), 1e3) == ()
+    assert closed_behind(wall_maneuver(goal=pm.State(position=(0, 0)), obstacles=pair.blocks), 1e3) == ()
     # a ring leaves its inside open
     ring = [box(0, 1, 0, 0.1), box(0, 1, 0.9, 1), box(0, 0.1, 0.05, 0.95), box(0.9, 1, 0.05, 0.95)]
     assert holds_points(wall_maneuver(start=pm.State(position=(-1, 0)), obstacles=ring), (0.5, 0.5)) == [False]
@@ -285,4 +285,4 @@ def test_room_at_the_region_s_edge_is_of_what_is_seen_from_the_start():
         region=[(0, 0), (9, 0), (9, 9), (0, 9)],
     )
     for outside, passes in ((8e-12, True), (1.2e-11, False)):
-        assert Keeping(1.0, 0.0, 0.0, -outside, 0.0).passed(asked) == passes
+        assert verdict(asked, Keeping(1.0, {}, 0.0, -outside, 0.0)).passed == passes

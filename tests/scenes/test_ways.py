@@ -12,7 +12,8 @@ from peakmin.geometry.trapezoids import Gap, edges_of, lines_through, snapped, t
 from peakmin.proofs.bounds import Leaf
 from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
-from peakmin.scenes.blocks import Branch, Cells, WaysProof, covered
+from peakmin.scenes.blocks import BlockClasses, ListedBranch, ListedProof, covered
+from peakmin.scenes.cells import Cells
 from peakmin.spec.obstacles import convex, covers
 from tests.conftest import wall_maneuver
 from tests.random_scenes import scene
@@ -484,7 +485,7 @@ def proof_of(cells, way, lines):
     q = mass.walls
     times = (np.arange(q) + 1) / (q + 1)
     leaf = Leaf((0.0,) * q, (1.0,) * q, extremal(mass, times).multipliers, tuple(times))
-    return Branch(way, tuple(lines), (leaf,))
+    return ListedBranch(way, tuple(lines), (leaf,))
 
 
 def test_a_branch_bounds_its_way_in_its_units():
@@ -494,19 +495,19 @@ def test_a_branch_bounds_its_way_in_its_units():
     assert over.bound(cells) == pytest.approx(
         pm.solve(wall_maneuver(duration=2.0, obstacles=(pm.Wall(tip=(0.5, 0.3)),))).lower_bound, rel=1e-4
     )
-    assert Branch(((0,), (), (0,)), (), ()).bound(cells) == inf
-    assert Branch(over.way, over.lines, ()).bound(cells) == 0
+    assert ListedBranch(((0,), (), (0,)), (), ()).bound(cells) == inf
+    assert ListedBranch(over.way, over.lines, ()).bound(cells) == 0
     under = proof_of(cells, ((0,), (0,), (0,)), [(0.5, 1)])
     assert 0 < under.bound(cells) < over.bound(cells)
-    assert WaysProof((over, under)).bound(maneuver) == under.bound(cells)
+    assert ListedProof((over, under)).bound(classes) == under.bound(cells)
     assert (
-        WaysProof((over,)).bound(maneuver) == WaysProof((under,)).bound(maneuver) == WaysProof(()).bound(maneuver) == 0
+        ListedProof((over,)).bound(classes) == ListedProof((under,)).bound(classes) == ListedProof(()).bound(classes) == 0
     )
     closed = past(box(0.4, 0.6, 0.1, 0.3, side="left"), box(0.4, 0.6, -0.3, -0.1, side="right"))
-    assert WaysProof(()).bound(closed) == 0
-    empty = Branch(((0,), (), (0,)), (), ())
-    assert WaysProof((empty, under, over)).bound(maneuver) == under.bound(cells)
-    assert WaysProof((empty,)).bound(closed) == 0
+    assert ListedProof(()).bound(closed) == 0
+    empty = ListedBranch(((0,), (), (0,)), (), ())
+    assert ListedProof((empty, under, over)).bound(classes) == under.bound(cells)
+    assert ListedProof((empty,)).bound(closed) == 0
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -13,8 +13,8 @@ from peakmin.geometry.clearance import block_clearance
 from peakmin.geometry.trajectory import HoldTrajectory
 from peakmin.plan.document import digest
 from peakmin.programs.least_peak import LeastPeak
-from peakmin.scenes.blocks import Cells
-from peakmin.scenes.kept import keeping
+from peakmin.scenes.cells import Cells
+from peakmin.scenes.kept import keeping, kept
 from tests.conftest import wall_maneuver
 from tests.random_scenes import scene
 from tests.scenes.test_ways import DENTED
@@ -330,7 +330,7 @@ def test_the_joint_of_two_blocks_is_no_way():
     plan = pm.solve(past(box(0.3, 0.7, 0, 1), box(0.3, 0.7, -1, 0)))
     assert plan.lower_bound > 15
     straight = pm.solve(past())
-    assert not keeping(plan.maneuver, straight.trajectory).passed(plan.maneuver)
+    assert not kept(plan.maneuver, straight.trajectory).passed
 
 
 def test_the_shadow_of_a_block_is_as_wide_as_its_margin():
@@ -338,7 +338,7 @@ def test_the_shadow_of_a_block_is_as_wide_as_its_margin():
     maneuver = past(box(0.4, 0.6, 0.1, 0.3, side="left"), margin=0.05)
     points = np.array([(0, 0), (0.37, -0.3), (0.3, 0.2), (0.3, 0.5), (0.7, 0.5), (1, 0)])
     dips = HoldTrajectory(np.linspace(0, 1, 6), np.zeros((5, 2)), points[0], 5 * (points[1] - points[0]))
-    assert not keeping(maneuver, dips).passed(maneuver)
+    assert not kept(maneuver, dips).passed
     cells = Cells(maneuver)
     k = int(np.searchsorted(cells.lines, 0.37)) - 1
     assert all(gap.at(0.37)[0] > 0 for gap in cells.gaps[k])
@@ -401,7 +401,7 @@ def test_a_passage_past_a_dent_is_not_called_closed():
             margin=1.0,
             region=region,
         )
-        assert keeping(maneuver, motion).passed(maneuver)
+        assert kept(maneuver, motion).passed
         plan = pm.solve(maneuver, pm.Settings(time_limit=3))
         assert plan.status != "infeasible"
         assert plan.lower_bound <= motion.peak()
@@ -416,7 +416,7 @@ def test_a_wall_far_away_gives_the_others_no_room():
         obstacles=[pm.Wall(tip=(0.5, 0.5)), pm.Wall(tip=(0.7, -1e9))],
     )
     plan = pm.solve(maneuver, pm.Settings(method=pm.Exact(), time_limit=5))
-    assert plan.status == "unknown" or plan.keeping().walls >= -1e-9
+    assert plan.status == "unknown" or keeping(plan.maneuver, plan.trajectory).walls >= -1e-9
 
 
 @pytest.mark.parametrize("wide", [1e-3, 1e-5, 1e-7, 1e-9])

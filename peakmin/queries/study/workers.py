@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...api import solve
 from ...errors import PeakminError, SpecError
-from ...programs.compiled import Programs
+from ...programs.program import Programs
 from ...spec.reading import load
 from ...spec.spec import Spec, spec_of
 

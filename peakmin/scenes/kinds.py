@@ -1,0 +1,214 @@
+"""What each kind of task is moved in: the only place that asks of which kind a task is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, cached_property, partial
+from typing import ClassVar, Literal, Protocol, TypeVar, overload
+
+import numpy as np
+
+from ..geometry.trajectory import Trajectory
+from ..proofs.bounds import Proof
+from ..proofs.double_integrator import PointMass
+from ..robots.joints import JointPath, closely
+from ..robots.link_clearance import LinkClearance, link_clearance
+from ..robots.workspace import Workspace
+from ..spec.arm import ANGLE, ArmManeuver, postures
+from ..spec.maneuver import Maneuver
+from ..spec.task import Task
+from ..types import Array
+from .arm_proof import ArmProof
+from .blocks import BlockClasses, BlockProof, ListedProof
+from .cells import Cells
+from .impossible import Impossible, impossible
+from .kept import Closed, Excess, Keeping, Kept, closed_behind, extent, keeping, verdict
+from .passages import Passage, passages
+
+Motion = TypeVar("Motion", contravariant=True)
+Why = TypeVar("Why", contravariant=True)
+PointProof = Proof | BlockProof | ListedProof
+
+LANDED = 1e-5  # rad: close to a stretched arm angles go with the root of a distance
+
+
+class Setting(Protocol[Motion, Why]):
+    """What a task moves in, made once for its search, its plan and its verification.
+
+    A motion is one of the centre of mass, or of the joints that move it.
+    """
+
+    @property
+    def task(self) -> Task:
+        """What is asked."""
+
+    @property
+    def size(self) -> float:
+        """What lengths are measured by [m]."""
+
+    def centre(self, motion: Motion) -> Trajectory:
+        """The motion of the centre of mass."""
+
+    def joins(self, motion: Motion, indices: tuple[int, int]) -> bool:
+        """Whether a motion leads from the start to the goal, of these configurations of each."""
+
+    def kept(self, motion: Motion) -> Kept:
+        """What a motion keeps at every instant, proved between the nodes."""
+
+    def bound(self, proof: Why, crossing: Maneuver, times: Array) -> float:
+        """The lower bound [m/s^2] that a proof gives, evaluated anew, for a plan past the walls of a maneuver of the
+        centre of mass at times [s], (q,); infinite where there is no motion.
+        """
+
+    def impossible(self) -> Impossible | None:
+        """Why there is no motion at all, or None where nothing of it is shown."""
+
+
+@dataclass(frozen=True)
+class ArmKept(Kept):
+    """clear: the distances that are behind it."""
+
+    clear: LinkClearance
+
+
+@dataclass(frozen=True)
+class PointScene:
+    """A centre of mass among walls and blocks."""
+
+    kind: ClassVar[Literal["point"]] = "point"
+
+    task: Maneuver
+
+    @cached_property
+    def size(self) -> float:
+        """[m]"""
+        return extent(self.task)
+
+    @cached_property
+    def mass(self) -> PointMass:
+        """The maneuver past its own walls, in scaled units."""
+        return PointMass.of(self.task.past(self.task.walls))
+
+    @cached_property
+    def classes(self) -> BlockClasses | None:
+        """The classes of paths past the blocks; None without blocks, where there is one class."""
+        return BlockClasses(Cells(self.task), self._keeping) if self.task.blocks else None
+
+    @cached_property
+    def _closed(self) -> Closed:
+        return cache(partial(closed_behind, self.task))
+
+    def _keeping(self, motion: Trajectory) -> Keeping:
+        return keeping(self.task, motion, self._closed)
+
+    def centre(self, motion: Trajectory) -> Trajectory:
+        return motion
+
+    def joins(self, motion: Trajectory, indices: tuple[int, int]) -> bool:
+        """Always: `check_motion` looks at the ends of a centre of mass's motion."""
+        return True
+
+    def kept(self, motion: Trajectory) -> Kept:
+        return verdict(self.task, self._keeping(motion))
+
+    def impossible(self) -> Impossible | None:
+        return impossible(self.task)
+
+    def bound(self, proof: PointProof, crossing: Maneuver, times: Array) -> float:
+        if self.classes is not None:
+            assert not isinstance(proof, Proof)
+            return proof.bound(self.classes)
+        assert isinstance(proof, Proof)
+        mass = PointMass.of(crossing)
+        return proof.bound(mass, times / mass.time) * mass.unit
+
+
+@dataclass(frozen=True)
+class ArmScene:
+    """An arm among obstacles."""
+
+    kind: ClassVar[Literal["arm"]] = "arm"
+
+    task: ArmManeuver
+
+    @cached_property
+    def workspace(self) -> Workspace:
+        """The arm and the polygons that no link may touch."""
+        return self.task.workspace
+
+    @property
+    def size(self) -> float:
+        """Length of the stretched arm [m]."""
+        return self.workspace.size
+
+    @cached_property
+    def passages(self) -> dict[tuple[int, int], Passage]:
+        """Every free start configuration with every free goal configuration, by their indices."""
+        return {one.indices: one for one in passages(self.task, self.workspace)}
+
+    def centre(self, motion: JointPath) -> Trajectory:
+        return motion.motion
+
+    def joins(self, motion: JointPath, indices: tuple[int, int]) -> bool:
+        """Full turns of the start included, up to full turns of the goal."""
+        begun = np.max(np.abs(motion.absolute(0.0) - self.passages[indices].theta[0])) < LANDED
+        wanted, last = postures(self.task.arm, self.task.goal), motion.absolute(motion.duration)
+        apart = [np.abs((last - one + np.pi) % (2 * np.pi) - np.pi) for one in wanted]
+        return bool(begun) and min(float(np.max(one)) for one in apart) < LANDED
+
+    def kept(self, motion: JointPath) -> ArmKept:
+        clear = link_clearance(self.workspace, motion)
+        out = [] if clear.short(self.workspace) == 0 else [_too_close(clear, self.workspace)]
+        return ArmKept(clear.least, clear.at, (*out, *beyond_limits(self.task, motion)), clear)
+
+    def impossible(self) -> Impossible | None:
+        return None
+
+    def bound(self, proof: ArmProof, crossing: Maneuver, times: Array) -> float:
+        return proof.bound(self.workspace, self.passages)
+
+
+def _too_close(clear: LinkClearance, workspace: Workspace) -> Excess:
+    """Why a motion does not keep clear of the obstacles, within reach and steady."""
+    short = clear.short(workspace)
+    if not clear.steady:
+        return Excess("arm", short, "m", "arm: joints jump where the folded arm passes its base")
+    if workspace.margin - clear.least >= short:
+        return Excess("obstacles", short, "m", f"obstacles: a link comes {short:.6g} m too close")
+    return Excess("arm", short, "m", f"arm: the path leaves its reach by {-clear.within:.6g} m")
+
+
+def beyond_limits(task: ArmManeuver, path: JointPath) -> list[Excess]:
+    """Joint limits and speeds that a motion does not keep, looked at closely where each joint's are largest."""
+    if all(link.limits is None and link.max_speed is None for link in task.arm.links):
+        return []
+    t = closely(path)
+    angles, rates = path.angles(t), np.diff(path.rates(t)[1], axis=-1, prepend=0.0)
+    out = []
+    for k, link in enumerate(task.arm.links):
+        low, high = float(np.min(angles[:, k])), float(np.max(angles[:, k]))
+        if link.limits is not None and not (link.limits[0] - ANGLE <= low and high <= link.limits[1] + ANGLE):
+            most = max(link.limits[0] - low, high - link.limits[1])
+            name = f"arm.links[{k}].limits"
+            out.append(Excess(name, most, "rad", f"{name}: the joint goes from {low:.6g} to {high:.6g} rad"))
+        fastest = float(np.max(np.abs(rates[:, k])))
+        if link.max_speed is not None and fastest > link.max_speed:
+            name = f"arm.links[{k}].max_speed"
+            out.append(
+                Excess(name, fastest - link.max_speed, "rad/s", f"{name}: the joint reaches {fastest:.3g} rad/s")
+            )
+    return out
+
+
+@overload
+def scene_of(task: Maneuver) -> PointScene: ...
+@overload
+def scene_of(task: ArmManeuver) -> ArmScene: ...
+@overload
+def scene_of(task: Task) -> PointScene | ArmScene: ...
+def scene_of(task: Task) -> PointScene | ArmScene:
+    """What a task moves in."""
+    if isinstance(task, ArmManeuver):
+        return ArmScene(task)
+    assert isinstance(task, Maneuver)
+    return PointScene(task)

@@ -1,0 +1,66 @@
+"""One task that is being solved: its settings, its time, its programs, and the account of the work."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+from ..deadline import after
+from ..geometry.trajectory import Trajectory
+from ..plan.found import Found
+from ..plan.plan import Made
+from ..programs.least_peak import LeastPeak
+from ..programs.program import Count, Programs
+from ..scenes.kinds import PointProof
+from ..spec.control_set import Disc, Polygon
+from ..spec.maneuver import Maneuver
+from ..spec.settings import Settings
+from ..types import Array, Progress
+
+
+@dataclass(frozen=True)
+class Job:
+    """until: the deadline of the settings' time limit;  began: a `time.perf_counter()`."""
+
+    settings: Settings
+    until: float
+    progress: Progress | None = None
+    programs: Programs = field(default_factory=Programs)
+    began: float = field(default_factory=time.perf_counter)
+
+    @classmethod
+    def begun(cls, settings: Settings, progress: Progress | None, programs: Programs | None) -> Job:
+        """A job that begins now.
+
+        Args:
+            progress: called with (done, total).
+            programs: where compiled programs are taken from; default a place of its own.
+        """
+        return cls(settings, after(settings.time_limit), progress, programs or Programs())
+
+    def least(self, maneuver: Maneuver, circle: Disc | Polygon | None = None) -> LeastPeak:
+        """M over the obstacle times of a maneuver; `circle`: in place of the settings' own."""
+        return LeastPeak(maneuver, self.settings, circle, self.until, self.programs)
+
+    def made(self, nodes: int, *counts: Count) -> Made:
+        """The account of the work so far: boxes of obstacle times looked at, and what programs did."""
+        return Made(
+            solver=self.settings.solver,
+            compilations=sum(count.compilations for count in counts),
+            solves=sum(count.solves for count in counts),
+            nodes=nodes,
+            seconds=time.perf_counter() - self.began,
+        )
+
+    def at(
+        self, least: LeastPeak, times: Array, nodes: int = 0, proof: PointProof | None = None, *others: Count
+    ) -> Found[Trajectory]:
+        """What the settings' control comes to at obstacle times [s], (q,).
+
+        Args:
+            nodes: boxes of obstacle times looked at;  proof: of all obstacle times;  others: work done besides.
+        """
+        motion = least.motion(times)
+        placed = least.place(times) * least.mass.time
+        made = self.made(nodes, least.count, *others)
+        return Found(least.maneuver, placed, motion, least.peak(times), made, proof, least(times).multipliers)

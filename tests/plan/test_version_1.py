@@ -1,0 +1,45 @@
+"""Plan files as version 1 wrote them are read, verified, and refused where they were changed."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import peakmin as pm
+from peakmin.plan.document import digest
+
+FILES = sorted((Path(__file__).parent / "version_1").glob("*.json"))
+
+
+def changed(data, **fields):
+    data = {**data, **fields}
+    return json.dumps(data | {"digest": digest(data)})
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_files_of_version_1_are_verified(file):
+    data = json.loads(file.read_text())
+    assert data["version"] == 1
+    found = pm.verify(json.dumps(data))
+    assert found.problems == ()
+    assert found.plan.status == data["status"]
+    again = json.loads(found.plan.to_json())
+    assert again["version"] == 2
+    assert (again["peak"], again["lower_bound"]) == (data["peak"], data["lower_bound"])
+    assert pm.verify(json.dumps(again)).passed
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_what_was_changed_in_them_is_found(file):
+    data = json.loads(file.read_text())
+    if data["peak"] is not None and data["status"] == "solved":
+        assert not pm.verify(changed(data, peak=0.9 * data["peak"])).passed
+    if data["lower_bound"]:
+        assert not pm.verify(changed(data, lower_bound=1.1 * data["lower_bound"])).passed
+    assert "digest" in pm.verify(json.dumps({**data, "made": data["made"], "gap": 0.5})).problems[0]
+
+
+def test_there_are_files_of_every_kind():
+    assert {"two_tables", "arm_turns", "three_link", "region_speed", "sweep_polygon", "impossible"} <= {
+        file.stem for file in FILES
+    }
