@@ -13,12 +13,12 @@ import shapely
 
 from ..deadline import left, over
 from ..errors import SpecError
-from ..geometry.frame import Frame
 from ..proofs.branch_and_bound import least_over_times
 from ..proofs.double_integrator import PointMass
 from ..scenes.impossible import impossible, least_way
 from ..search.solve import solve
 from ..spec.control_set import Disc
+from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Wall
 from ..spec.settings import Aligned, Exact, Settings

@@ -22,10 +22,10 @@ from typing import Any, Literal
 import numpy as np
 
 from ..errors import SpecError
-from ..geometry.frame import Frame
 from ..geometry.trapezoids import Gap, Interval, edges_of, heights, lines_through, snapped, trapezoids
 from ..proofs.bounds import Leaf, global_bound
 from ..proofs.double_integrator import PointMass
+from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Block, Wall
 from ..types import Array

@@ -10,12 +10,12 @@ from typing import Literal
 import numpy as np
 
 from ..deadline import over
-from ..geometry.frame import Frame
 from ..geometry.trajectory import Trajectory
 from ..robots.joints import JointPath
 from ..robots.kinematics import unit
 from ..robots.workspace import Sheets, Workspace
 from ..spec.arm import ArmManeuver, postures
+from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver, State
 from ..spec.obstacles import Wall
 from ..types import Array

@@ -11,7 +11,6 @@ import numpy as np
 
 from ..deadline import after, over, part
 from ..errors import SpecError
-from ..geometry.frame import Frame
 from ..plan.plan import Plan, from_bracket, peak_of
 from ..programs.compiled import Count, Programs
 from ..programs.least_peak import LeastPeak
@@ -21,6 +20,7 @@ from ..proofs.double_integrator import PointMass
 from ..scenes.blocks import Cells, Way, WaysProof
 from ..scenes.kept import keeping
 from ..spec.control_set import Disc, Polygon
+from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver
 from ..spec.settings import SOLVERS, Direct, Exact, GlobalSearch, RefineSearch, Settings, Uniform
 from ..spec.spec import refuse_unfit

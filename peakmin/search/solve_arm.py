@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from ..deadline import after, over, part
-from ..geometry.frame import Frame
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Made, peak_of
 from ..programs.compiled import Programs
@@ -17,6 +16,7 @@ from ..programs.least_peak import LeastPeak
 from ..robots.workspace import Workspace
 from ..scenes.passages import passages
 from ..spec.arm import ArmManeuver
+from ..spec.frame import Frame
 from ..spec.settings import GlobalSearch, Settings
 from ..spec.spec import refuse_unfit
 from ..types import Progress
