@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 from .api import explain, solve, verify
 from .errors import NotDPPError, PeakminError, SpecError
-from .geometry.frame import Frame
 from .plan.plan import Made, Plan
 from .plan.verify import Verification
 from .proofs.bounds import Leaf, Proof
@@ -26,6 +25,7 @@ from .queries.study.study import study
 from .queries.study.table import Study
 from .search.sweep import Sweep, sweep
 from .spec.control_set import Disc, Polygon
+from .spec.frame import Frame
 from .spec.maneuver import Maneuver, State
 from .spec.obstacles import Block, Wall
 from .spec.settings import Aligned, Bisection, Direct, Exact, GlobalSearch, RefineSearch, Settings, SweepSearch, Uniform

@@ -26,8 +26,8 @@ from .view import output, words
 from .view.streams import answer, aside, only_answers
 
 if TYPE_CHECKING:
-    from .plan.document import Status
     from .plan.arm_plan import ArmPlan
+    from .plan.document import Status
     from .plan.plan import Plan
     from .spec.spec import ArmSpec
 

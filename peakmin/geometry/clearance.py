@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..types import Array, Index
+from .norm import norm
 from .polygon import BATCH, Outline
 from .trajectory import HoldTrajectory, Trajectory
 
@@ -23,7 +24,7 @@ HALVINGS = 60  # of an interval of floats: down to their rounding
 
 @dataclass(frozen=True)
 class _Arcs:
-    """Parabolas r(x) = start + x step + x^2/2 bend, 0 <= x <= 1; chords where bend is zero; (m, 2) each [m]."""
+    """Parabolas r(x) = start + x step + x^2/2 bend, 0 <= x <= 1; chords where bend is zero; (m, d) each [m]."""
 
     start: Array
     step: Array
@@ -41,13 +42,13 @@ class _Arcs:
     @property
     def length(self) -> Array:
         """A bound on the arcs' lengths [m], (m,): |step + x bend| is largest at an end."""
-        return np.asarray(np.maximum(np.hypot(*self.step.T), np.hypot(*(self.step + self.bend).T)))
+        return np.asarray(np.maximum(norm(self.step), norm(self.step + self.bend)))
 
     def part(self, k: Index) -> _Arcs:
         return _Arcs(self.start[k], self.step[k], self.bend[k])
 
     def at(self, x: Array) -> Array:
-        """Points (m, 2) at one fraction for each arc."""
+        """Points (m, d) at one fraction for each arc."""
         x = x[:, None]
         return np.asarray(self.start + x * (self.step + x / 2 * self.bend))
 

@@ -8,9 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..proofs.double_integrator import PointMass
 from ..types import Array, Index
 from .integrals import mean_direction
+from .norm import norm
+from .units import Units
 
 REACH = 45  # halvings towards the place where p is smallest: 2^-45 of a segment is a rounding error of its length
 
@@ -19,9 +20,9 @@ REACH = 45  # halvings towards the place where p is smallest: 2^-45 of a segment
 class CostateTrajectory:
     """u(t) = size p(t)/|p(t)| + e(t) on each of K segments, p and e linear in time on each.
 
-    nodes [s] (K+1,); first, last: p at the segments' ends, any unit, (K, 2); size [m/s^2] (K,); first_error,
-    last_error: e at the segments' ends [m/s^2] (K, 2), the small control that makes the motion exact;
-    start position [m] and velocity [m/s] (2,). Times outside the maneuver count as its ends.
+    nodes [s] (K+1,); first, last: p at the segments' ends, any unit, (K, d); size [m/s^2] (K,); first_error,
+    last_error: e at the segments' ends [m/s^2] (K, d), the small control that makes the motion exact;
+    start position [m] and velocity [m/s] (d,). Times outside the maneuver count as its ends.
     """
 
     nodes: Array
@@ -35,26 +36,26 @@ class CostateTrajectory:
 
     @classmethod
     def holding(cls, nodes: Array, control: Array, velocity: Array) -> CostateTrajectory:
-        """A piecewise constant control (K, 2) as such a trajectory from the origin: p constant on each segment."""
+        """A piecewise constant control (K, d) as such a trajectory from the origin: p constant on each segment."""
         none = np.zeros_like(control)
-        return cls(nodes, control, control, np.hypot(*control.T), none, none, np.zeros(2), velocity)
+        return cls(nodes, control, control, norm(control), none, none, np.zeros_like(velocity), velocity)
 
-    def in_units(self, mass: PointMass) -> CostateTrajectory:
+    def in_units(self, units: Units) -> CostateTrajectory:
         """The scaled motion in SI units."""
         return CostateTrajectory(
-            self.nodes * mass.time,
+            self.nodes * units.time,
             self.first,
             self.last,
-            self.size * mass.unit,
-            self.first_error * mass.unit,
-            self.last_error * mass.unit,
-            self.start_position * mass.length + mass.origin,
-            self.start_velocity * (mass.length / mass.time),
+            self.size * units.unit,
+            self.first_error * units.unit,
+            self.last_error * units.unit,
+            self.start_position * units.length + units.origin,
+            self.start_velocity * (units.length / units.time),
         )
 
     def peak(self) -> float:
         """A bound on |acceleration| [m/s^2]: size + |e|, and e is largest at an end."""
-        errors = np.maximum(np.hypot(*self.first_error.T), np.hypot(*self.last_error.T))
+        errors = np.maximum(norm(self.first_error), norm(self.last_error))
         return float(np.max(self.size + errors))
 
     @cached_property
@@ -65,7 +66,7 @@ class CostateTrajectory:
         return self.first / unit, self.last / unit
 
     def _moved(self, k: Index, x: Array) -> tuple[Array, Array]:
-        """Velocity and position gained from the start of segments k to their fraction x; (..., 2) each."""
+        """Velocity and position gained from the start of segments k to their fraction x; (..., d) each."""
         first, last, x = self._p[0][k], self._p[1][k], x[..., None]
         part = x * (last - first)
         h = np.diff(self.nodes)[k][..., None] * x
@@ -78,7 +79,7 @@ class CostateTrajectory:
 
     @cached_property
     def node_states(self) -> tuple[Array, Array]:
-        """Velocity and position at the nodes, shape (K+1, 2) each."""
+        """Velocity and position at the nodes, shape (K+1, d) each."""
         k = np.arange(len(self.size))
         velocity, position = self._moved(k, np.ones(len(k)))
         v = np.vstack([self.start_velocity, self.start_velocity + np.cumsum(velocity, axis=0)])
@@ -91,28 +92,28 @@ class CostateTrajectory:
         return k, np.asarray((at - self.nodes[k]) / np.diff(self.nodes)[k])
 
     def position(self, t: ArrayLike) -> Array:
-        """Position [m] at t [s], shape (...) -> (..., 2)."""
+        """Position [m] at t [s], shape (...) -> (..., d)."""
         k, x = self._segment(t)
         v, r = self.node_states
         return np.asarray(r[k] + (x * np.diff(self.nodes)[k])[..., None] * v[k] + self._moved(k, x)[1])
 
     def velocity(self, t: ArrayLike) -> Array:
-        """Velocity [m/s] at t [s], shape (...) -> (..., 2)."""
+        """Velocity [m/s] at t [s], shape (...) -> (..., d)."""
         k, x = self._segment(t)
         return np.asarray(self.node_states[0][k] + self._moved(k, x)[0])
 
     def acceleration(self, t: ArrayLike) -> Array:
-        """Acceleration [m/s^2] at t [s], shape (...) -> (..., 2)."""
+        """Acceleration [m/s^2] at t [s], shape (...) -> (..., d)."""
         k, x = self._segment(t)
         x = x[..., None]
         first, last = self._p[0][k], self._p[1][k]
         p = first + x * (last - first)
-        norm = np.hypot(p[..., 0], p[..., 1])[..., None]
+        r = norm(p)[..., None]
         step = last - first  # where p is zero, the direction it leaves with
-        p = np.where(norm > 0, p, step)
-        norm = np.where(norm > 0, norm, np.maximum(np.hypot(step[..., 0], step[..., 1]), 1e-300)[..., None])
+        p = np.where(r > 0, p, step)
+        r = np.where(r > 0, r, np.maximum(norm(step), 1e-300)[..., None])
         e = self.first_error[k] + x * (self.last_error[k] - self.first_error[k])
-        return np.asarray(self.size[k][..., None] * p / norm + e)
+        return np.asarray(self.size[k][..., None] * p / r + e)
 
     def panels(self) -> Array:
         """Times [s] between which an eight-point Gauss rule integrates the acceleration to rounding.

@@ -1,19 +1,15 @@
-"""The frame of a maneuver: the start at the origin, the goal on the x axis (the paper's displaced and turned axes)."""
+"""The frame of a way: its start at the origin, its goal on the x axis (the paper's displaced and turned axes)."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..spec.maneuver import Maneuver, State
-from ..spec.obstacles import Block, Wall
 from ..types import Array
-
-Map = Callable[[ArrayLike], Array]  # of points or vectors, (..., 2) -> (..., 2)
 
 
 @dataclass(frozen=True)
@@ -24,10 +20,10 @@ class Frame:
     along: Array
 
     @classmethod
-    def from_maneuver(cls, maneuver: Maneuver) -> Frame:
-        """From start to goal; unturned where the two are at the same place."""
-        origin = np.array(maneuver.start.position)
-        way = np.array(maneuver.goal.position) - origin
+    def between(cls, start: ArrayLike, goal: ArrayLike) -> Self:
+        """From start to goal [m], (2,) each; unturned where the two are at the same place."""
+        origin = np.array(start, dtype=float)
+        way = np.array(goal, dtype=float) - origin
         length = math.hypot(*way)
         return cls(origin, way / length if length else np.array([1.0, 0.0]))
 
@@ -53,32 +49,3 @@ class Frame:
     def position_back(self, positions: ArrayLike) -> Array:
         """Positions in the frame [m] (..., 2) as seen from outside."""
         return self.vector_back(positions) + self.origin
-
-    def maneuver(self, maneuver: Maneuver) -> Maneuver:
-        """The same maneuver as seen in the frame: states, walls, blocks and region."""
-        return self._moved(maneuver, self.position, self.vector)
-
-    def maneuver_back(self, maneuver: Maneuver) -> Maneuver:
-        """A maneuver given in the frame as seen from outside."""
-        return self._moved(maneuver, self.position_back, self.vector_back)
-
-    @staticmethod
-    def _moved(maneuver: Maneuver, position: Map, vector: Map) -> Maneuver:
-        def state(s: State) -> State:
-            return State(position=position(s.position), velocity=vector(s.velocity))
-
-        def obstacle(o: Wall | Block) -> Wall | Block:
-            if isinstance(o, Block):
-                return o.model_copy(update={"vertices": tuple(map(tuple, position(o.vertices).tolist()))})
-            tip, direction = position(o.tip).tolist(), vector(o.direction).tolist()
-            return o.model_copy(update={"tip": tuple(tip), "direction": tuple(direction)})
-
-        region = maneuver.region
-        return maneuver.model_copy(
-            update={
-                "start": state(maneuver.start),
-                "goal": state(maneuver.goal),
-                "obstacles": tuple(map(obstacle, maneuver.obstacles)),
-                "region": None if region is None else tuple(map(tuple, position(region).tolist())),
-            }
-        )

@@ -28,7 +28,7 @@ def norm(a: Array) -> Array:
 
 
 def across(c: Array, p: Array) -> tuple[Array, Array]:
-    """n and e with  p - (p . c) c = e n,  n a unit vector across the unit vector c: (..., d), (..., d) -> (..., d), (...).
+    """n and e with  p - (p . c) c = e n,  n a unit vector across the unit vector c; shapes (..., d) -> (..., d), (...).
 
     In the plane n is c's left normal, whatever p, and e has a sign. Elsewhere e >= 0, and n = 0 where p lies along c.
     """

@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from ..geometry.frame import Frame
 from ..geometry.norm import norm
 from ..geometry.trajectory import HoldTrajectory, Trajectory
 from ..proofs.bracket import Bracket
 from ..proofs.double_integrator import PointMass
 from ..proofs.extremal import Extremal, extremal_or_proposed
 from ..spec.control_set import Disc, Polygon
+from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Aligned, Bisection, Exact, Settings
 from ..types import Array

@@ -6,12 +6,12 @@ shows that it is not done. Bounds are those of `proofs.bounds`; what attains the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from ..geometry.integrals import all_derivatives, assembly, mean_direction
+from ..geometry.norm import norm
 from ..types import Array, Index, Mask
 from .bounds import lower_bounds
 from .double_integrator import PointMass
@@ -26,7 +26,7 @@ STUCK = 1e3  # damping, of the Hessian's mean, beyond which no step is better
 
 @dataclass(frozen=True)
 class Extremals:
-    """lower <= M* <= upper [scaled], (m,), upper infinite where not found; multipliers that prove it, (m, 2+q, 2)."""
+    """lower <= M* <= upper [scaled], (m,), upper infinite where not found; multipliers that prove it, (m, 2+q, d)."""
 
     lower: Array
     upper: Array
@@ -47,7 +47,7 @@ def extremals(mass: PointMass, times: Array) -> Extremals:
     """
     m, q = times.shape
     every = Nodal(mass, np.concatenate([np.zeros((m, 1)), times, np.ones((m, 1))], axis=1))
-    out = Extremals(np.zeros(m), np.full(m, np.inf), np.zeros((m, 2 + q, 2)))
+    out = Extremals(np.zeros(m), np.full(m, np.inf), np.zeros((m, 2 + q, mass.v0.shape[-1])))
     p, idle, left = least_energy(every), np.zeros((m, q), dtype=bool), np.arange(m)
     for _ in range(1 + q):
         following = idle.copy()
@@ -58,7 +58,7 @@ def extremals(mass: PointMass, times: Array) -> Extremals:
             multipliers = nodal.multipliers(p[k])
             upper, beyond = attained(nodal, p[k], walls)
             lower = lower_bounds(nodal.mass, times[k], multipliers)
-            push = np.sum(nodal.mass.free * multipliers[:, 2:], axis=-1)
+            push = nodal.mass.windows.along(multipliers[:, 2:])
             following[k] = nodal.mass.clear & np.where(walls, beyond >= 0, push < 0)
             out.upper[k] = np.minimum(out.upper[k], upper)
             better = lower > out.lower[k]
@@ -71,12 +71,11 @@ def extremals(mass: PointMass, times: Array) -> Extremals:
 
 
 def _part(every: Nodal, k: Index) -> Nodal:
-    mass: Any = {field.name: getattr(every.mass, field.name)[k] for field in fields(PointMass)}
-    return Nodal(replace(every.mass, **mass), every.kinks[k])
+    return Nodal(every.mass.part(k), every.kinks[k])
 
 
 def newton(nodal: Nodal, p: Array, basis: Array) -> Array:
-    """Values P, (m, n, 2), where F is about least over the span of the basis (m, 2n, d), from the projection of p."""
+    """Values P, (m, n, d), where F is about least over the span of the basis (m, n d, k), from the projection of p."""
     m = len(p)
     h, c = nodal.h, nodal.forces(np.zeros(nodal.mass.tips.shape[:-1])).reshape(m, -1)
     y = np.einsum("mij,mi->mj", basis, p.reshape(m, -1))
@@ -109,10 +108,10 @@ def newton(nodal: Nodal, p: Array, basis: Array) -> Array:
 
 
 def derivatives(h: Array, p: Array) -> tuple[Array, Array, Array]:
-    """I, (m,), dI/dP, (m, 2n), and d2I/dP2, (m, 2n, 2n), of the values P, (m, n, 2), h apart, (m, n-1)."""
-    m, n, _ = p.shape
-    total = (h[..., None] * all_derivatives(p[:, :-1], p[:, 1:])).reshape(m, -1) @ assembly(n)
-    return total[:, 0], total[:, 1 : 1 + 2 * n], total[:, 1 + 2 * n :].reshape(m, 2 * n, 2 * n)
+    """I, (m,), dI/dP, (m, n d), and d2I/dP2, (m, n d, n d), of the values P, (m, n, d), h apart, (m, n-1)."""
+    m, n, d = p.shape
+    total = (h[..., None] * all_derivatives(p[:, :-1], p[:, 1:])).reshape(m, -1) @ assembly(n, d)
+    return total[:, 0], total[:, 1 : 1 + n * d], total[:, 1 + n * d :].reshape(m, n * d, n * d)
 
 
 @dataclass(frozen=True)
@@ -130,7 +129,7 @@ class _Points:
     @classmethod
     def of(cls, h: Array, basis: Array, c: Array, y: Array) -> _Points:
         p = np.einsum("mij,mj->mi", basis, y)
-        impulse, gradient, hessian = derivatives(h, p.reshape(len(y), -1, 2))
+        impulse, gradient, hessian = derivatives(h, p.reshape(*h.shape[:1], h.shape[1] + 1, -1))
         curved = impulse[:, None, None] * hessian + gradient[:, :, None] * gradient[:, None, :]
         turned = np.swapaxes(basis, 1, 2)
         work = np.sum(c * p, axis=1)
@@ -144,7 +143,7 @@ class _Points:
 
 
 def attained(nodal: Nodal, p: Array, idle: Mask) -> tuple[Array, Array]:
-    """Peaks (m,) of Pontryagin's controls of the values P, (m, n, 2), made exact, infinite where they miss even so; and
+    """Peaks (m,) of Pontryagin's controls of the values P, (m, n, d), made exact, infinite where they miss even so; and
     how far beyond its tip each wall is passed, (m, q), where it is idle, (q,).
     """
     mass, h = nodal.mass, nodal.h[..., None]
@@ -163,14 +162,12 @@ def attained(nodal: Nodal, p: Array, idle: Mask) -> tuple[Array, Array]:
             return v, np.cumsum(np.concatenate([np.zeros_like(moved[:, :1]), moved], axis=1), axis=1)
 
         r = states(np.zeros_like(p))[1]
-        beyond = np.sum(mass.free * (r[:, 1:-1] - mass.tips), axis=-1) * idle
+        beyond = mass.windows.along(r[:, 1:-1] - mass.tips) * idle
         e = np.linalg.solve(nodal.masses(), nodal.forces(np.maximum(beyond, 0.0)) - m * impulses.reshape(p.shape))
         v, r = states(e)
         at = r[:, 1:-1] - mass.tips
-        along = np.where(mass.clear, np.maximum(np.sum(at * mass.free, axis=-1), 0.0), 0.0)
-        missed = np.concatenate(
-            [r[:, -1:] - mass.pf[:, None], v[:, -1:] - mass.vf[:, None], at - along[..., None] * mass.free], axis=1
-        )
-        upper = peak + np.max(np.hypot(e[..., 0], e[..., 1]), axis=1)
+        short = r[:, -1:] - mass.pf[:, None], v[:, -1:] - mass.vf[:, None], at - mass.windows.nearest(at)
+        missed = np.concatenate(short, axis=1)
+        upper = peak + np.max(norm(e), axis=1)
         lands = np.max(np.abs(missed), axis=(1, 2)) <= LANDED * (1 + peak)
     return np.where(lands & np.isfinite(upper), upper, np.inf), beyond

@@ -19,8 +19,9 @@ from typing import Literal
 
 import numpy as np
 
+from ..geometry.norm import ROUNDING, norm
 from ..types import Array
-from .double_integrator import ROUNDING, PointMass, impulse, normalized
+from .double_integrator import PointMass, impulse, normalized
 from .saddle import saddle
 
 
@@ -30,13 +31,13 @@ def lower_bound(mass: PointMass, times: Array, multipliers: Array) -> float:
     Args:
         mass: the maneuver in scaled units.
         times: obstacle times [scaled], shape (q,).
-        multipliers: any L, shape (2+q, 2); made admissible first.
+        multipliers: any L, shape (2+q, d); made admissible first.
     """
     return float(_ratios(mass, times, times, np.zeros(mass.walls), multipliers))
 
 
 def lower_bounds(masses: PointMass, times: Array, multipliers: Array) -> Array:
-    """`lower_bound` of stacked maneuvers, shape (m,), at times (m, q) with multipliers (m, 2+q, 2)."""
+    """`lower_bound` of stacked maneuvers, shape (m,), at times (m, q) with multipliers (m, 2+q, d)."""
     return _ratios(masses, times, times, np.zeros(masses.walls), multipliers)
 
 
@@ -55,7 +56,7 @@ def _ratios(mass: PointMass, times: Array, latest: Array, width: Array, multipli
     b = mass.targets(times)
     error = np.sum(size * (ROUNDING * np.abs(b) + mass.target_errors(latest)), axis=(-2, -1))
     work = np.sum(trial * b, axis=(-2, -1)) - error
-    bulge = np.sum(np.hypot(trial[..., 2:, 0], trial[..., 2:, 1]) * width**2, axis=-1) / 8
+    bulge = np.sum(norm(trial[..., 2:, :]) * width**2, axis=-1) / 8
     area = (impulse(trial, times) + bulge) * (1 + ROUNDING) + ROUNDING * np.sum(size, axis=(-2, -1))
     with np.errstate(all="ignore"):
         bound = work / area * (1 - ROUNDING)
@@ -64,7 +65,7 @@ def _ratios(mass: PointMass, times: Array, latest: Array, width: Array, multipli
 
 @dataclass(frozen=True)
 class Leaf:
-    """A box of obstacle times [scaled] and the multipliers that bound M on it: low, high (q,), (2+q, 2).
+    """A box of obstacle times [scaled] and the multipliers that bound M on it: low, high (q,), (2+q, d).
 
     at: the times for which the multipliers were found, (q,), in the box or not.
     """

@@ -1,6 +1,6 @@
 """A solver's answer becomes proved bounds. Solvers propose, arithmetic decides.
 
-For fixed obstacle times the holds u, shape (steps, 2), must satisfy A u = b with 2+q rows. Then
+For fixed obstacle times the holds u, shape (steps, d), must satisfy A u = b with 2+q rows. Then
 
     any u, moved onto the equations by u - A'(A A')^-1 (A u - b), is a control: M <= gauge of it;
     any admissible multipliers L prove  M >= <L, b> / sum_k support((A' L)_k)   (weak duality),
@@ -19,9 +19,10 @@ from functools import cached_property
 
 import numpy as np
 
+from ..geometry.norm import ROUNDING
 from ..spec.control_set import Disc, Polygon
 from ..types import Array
-from .double_integrator import ROUNDING, PointMass, hold_rows
+from .double_integrator import PointMass, hold_rows
 
 LANDED = 1e-10  # largest residual of A u = b, in units of the largest |b|, for u to count as a control
 
@@ -36,7 +37,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Answer:
-    """What a solver returned, in scaled units: a control and a costate, shape (steps, 2), either or none."""
+    """What a solver returned, in scaled units: a control and a costate, shape (steps, d), either or none."""
 
     control: Array | None = None
     costate: Array | None = None
@@ -82,7 +83,7 @@ class HoldProblem:
 
     @cached_property
     def targets(self) -> Array:
-        """b, shape (2+q, 2), and what rounding may have done to it, stacked: (2, 2+q, 2)."""
+        """b, shape (2+q, d), and what rounding may have done to it."""
         return np.stack([self.mass.targets(self.times), self.mass.target_errors(self.times)])
 
     def land(self, control: Array) -> Array | None:
@@ -110,17 +111,17 @@ class HoldProblem:
         return float(np.max(self.circle.gauge(landed))), landed
 
     def fit(self, costate: Array) -> Array:
-        """The multipliers L, shape (2+q, 2), whose A' L is closest to the costate (steps, 2)."""
+        """The multipliers L, shape (2+q, d), whose A' L is closest to the costate (steps, d)."""
         rows = self.rows
         size = np.linalg.norm(rows, axis=1)
         try:
             fitted = np.linalg.lstsq((rows / size[:, None]).T, costate, rcond=None)[0]
         except np.linalg.LinAlgError:
-            return np.zeros((len(rows), 2))
+            return np.zeros((len(rows), costate.shape[-1]))
         return np.asarray(fitted / size[:, None])
 
     def lower(self, multipliers: Array) -> tuple[float, Array]:
-        """Proved lower end and the admissible multipliers (2+q, 2) that prove it; both signs are tried."""
+        """Proved lower end and the admissible multipliers (2+q, d) that prove it; both signs are tried."""
         if not np.all(np.isfinite(multipliers)):
             return 0.0, np.zeros_like(multipliers)
         rows, (_, error_b) = self.rows, self.targets
@@ -151,14 +152,15 @@ class HoldProblem:
             return bracket
 
     def raise_lower(self, bracket: Bracket, multipliers: Array) -> Bracket:
-        """The bracket with the lower end that these multipliers, (2+q, 2), prove, if that is higher."""
+        """The bracket with the lower end that these multipliers, (2+q, d), prove, if that is higher."""
         lower, admissible = self.lower(multipliers)
         return replace(bracket, lower=lower, multipliers=admissible) if lower > bracket.lower else bracket
 
     def begin(self) -> Bracket:
         """What is proved before any solver was asked: all of it where coasting will do, else one equation at a time."""
         if self.mass.floor(self.times) == 0:
-            return Bracket(0.0, 0.0, np.zeros((len(self.edges) - 1, 2)), np.zeros((2 + self.mass.walls, 2)))
+            d = len(self.mass.v0)
+            return Bracket(0.0, 0.0, np.zeros((len(self.edges) - 1, d)), np.zeros((2 + self.mass.walls, d)))
         bracket = Bracket()
         for multipliers in self.mass.elementary(self.times):
             bracket = self.raise_lower(bracket, multipliers)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..deadline import over
+from ..geometry.norm import norm
 from ..types import Array, Mask, Progress
 from .bounds import Leaf, lower_bound, out_of_order
 from .descent import descend, elsewhere, unhindered
@@ -84,7 +85,7 @@ def least_over_times(
     best, at = descend(mass, first, at, until)
     root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers, tuple(at.tolist()))
     bound = root.bound(mass)
-    size, nodes, begun = np.hypot(*best.multipliers.T), 1, [root]
+    size, nodes, begun = norm(best.multipliers), 1, [root]
     push = size[2:] > IDLE * np.max(size, initial=0.0)
     if 0 < best.upper < math.inf and not np.all(push) and bound < (1 - gap) * best.upper:
         few = least_over_times(mass.only(push), gap / 2, node_limit, until, progress, at[push], enough)
@@ -143,7 +144,7 @@ def _past_idle(leaf: Leaf, push: Mask, at: Array) -> Leaf:
     """
     low, high, place = np.zeros(len(push)), np.ones(len(push)), at.copy()
     low[push], high[push], place[push] = leaf.low, leaf.high, leaf.at
-    multipliers = np.zeros((2 + len(push), 2))
+    multipliers = np.zeros((2 + len(push), leaf.multipliers.shape[-1]))
     multipliers[np.r_[True, True, push]] = leaf.multipliers
     return Leaf(tuple(low.tolist()), tuple(high.tolist()), multipliers, tuple(place.tolist()))
 
@@ -203,7 +204,7 @@ def halves(low: tuple[float, ...], high: tuple[float, ...], optimal: Array) -> t
     (The multipliers that a box is bounded with may stem from a parent and know nothing of the walls that matter here.)
     """
     width = np.array(high) - np.array(low)
-    loss = (np.hypot(*optimal[2:].T) + 1e-3 * np.max(np.abs(optimal))) * width**2
+    loss = (norm(optimal[2:]) + 1e-3 * np.max(np.abs(optimal))) * width**2
     axis = int(np.argmax(loss))
     middle = 0.5 * (low[axis] + high[axis])
     return (low, (*high[:axis], middle, *high[axis + 1 :])), ((*low[:axis], middle, *low[axis + 1 :]), high)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.integrals import GAUSS_NODES, GAUSS_WEIGHTS
+from ..geometry.norm import norm
 from ..geometry.trajectory import Trajectory
 from ..spec.maneuver import Maneuver
 from ..types import Array
@@ -55,11 +56,11 @@ def check_motion(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, 
         return Check(math.inf, math.inf, math.inf)
     cuts = np.union1d(ends, obstacle_times)
     dt = np.diff(cuts)[:, None]
-    u = motion.acceleration(cuts[:-1, None] + dt * GAUSS_NODES)  # (panels, 8, 2)
+    u = motion.acceleration(cuts[:-1, None] + dt * GAUSS_NODES)  # (panels, 8, d)
     gained = dt * np.einsum("pgi,g->pi", u, GAUSS_WEIGHTS)
     moved = dt * dt * np.einsum("pgi,g->pi", u, GAUSS_WEIGHTS * (1 - GAUSS_NODES))
     v = np.vstack([maneuver.start.velocity, np.array(maneuver.start.velocity) + np.cumsum(gained, axis=0)])
-    r = np.vstack([np.zeros(2), np.cumsum(dt * v[:-1] + moved, axis=0)])  # from the start
+    r = np.vstack([np.zeros_like(mass.v0), np.cumsum(dt * v[:-1] + moved, axis=0)])  # from the start
     v0, vf, pf = np.abs(mass.v0), np.abs(mass.vf), np.abs(mass.pf)
     # rounding errors of the goal, and of each wall's own tip: none of a wall far away
     moving = float(max(np.max(v0), np.max(vf), np.max(pf)))
@@ -67,17 +68,16 @@ def check_motion(maneuver: Maneuver, motion: Trajectory, obstacle_times: Array, 
     wall_grain = grain + GRAIN * np.max(np.abs(mass.tips), axis=1) * mass.length
     speed_grain = GRAIN * float(max(np.max(v0), np.max(vf))) * speed
     miss = r[np.searchsorted(cuts, obstacle_times)] - mass.tips * mass.length
-    along = np.sum(miss * mass.free, axis=1)
-    off = miss - np.where(mass.clear, np.clip(along, 0.0, mass.width * mass.length), 0.0)[:, None] * mass.free
+    off = miss - mass.windows.scaled(mass.length).nearest(miss)
     position = float(np.max(np.abs(r[-1] - mass.pf * mass.length)))
     asked = moving * mass.length or mass.length
     # what the motion says of itself, by which its distances are measured, against the quadrature
     said = np.abs(motion.position(cuts) - mass.origin - r)
     astray = max(float(np.max(said)) - grain, 0.0) / max(asked, float(np.max(np.abs(r))))
     velocity = float(np.max(np.abs(v[-1] - maneuver.goal.velocity)))
-    largest = max(motion.peak(), float(np.max(np.hypot(u[..., 0], u[..., 1]))))
+    largest = max(motion.peak(), float(np.max(norm(u))))
     # an error counts against the size of what is asked there, not of a wall far away
-    there = np.maximum(asked, np.hypot(*r[np.searchsorted(cuts, obstacle_times)].T))
+    there = np.maximum(asked, norm(r[np.searchsorted(cuts, obstacle_times)]))
     wall_errors = np.maximum(np.max(np.abs(off), axis=1, initial=0.0) - wall_grain, 0.0) / there
     fastest = float(np.max(np.abs(v))) or speed
     return Check(

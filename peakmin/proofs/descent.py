@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import LinearConstraint, brentq, minimize
 
 from ..deadline import OverError, over
+from ..geometry.norm import across, dot, norm
 from ..types import Array
 from .double_integrator import PointMass, impulse
 from .extremal import APART, Extremal, extremal
@@ -69,21 +70,20 @@ def unhindered(mass: PointMass) -> tuple[Extremal, Array] | None:
     """
     free = extremal(mass.only(np.zeros(mass.walls, dtype=bool)), np.zeros(0))
     motion = free.motion
-    across = np.stack([-mass.free[:, 1], mass.free[:, 0]], axis=1)
     ends = motion.position(np.array([0.0, 1.0]))
-    side = np.sum((ends[0] - mass.tips) * across, axis=1)
-    if np.any(side * np.sum((ends[1] - mass.tips) * across, axis=1) >= 0):
+    normal, side = across(mass.free, ends[0] - mass.tips)
+    if np.any(side * dot(ends[1] - mass.tips, normal) >= 0):
         return None
 
     def off(t: float, i: int) -> float:
-        return float((motion.position(np.array([t]))[0] - mass.tips[i]) @ across[i])
+        return float((motion.position(np.array([t]))[0] - mass.tips[i]) @ normal[i])
 
     times = np.array([brentq(off, 0.0, 1.0, (i,), xtol=np.finfo(float).eps) for i in range(mass.walls)])
-    beyond = np.sum((motion.position(times) - mass.tips) * mass.free, axis=1)
-    kept = (beyond >= -APART) & (beyond <= np.where(mass.clear, mass.width, 0.0) + APART)
+    at = motion.position(times) - mass.tips
+    kept = norm(at - mass.windows.nearest(at)) <= APART
     if np.any(np.diff(np.concatenate([[0.0], times, [1.0]])) <= APART) or not np.all(kept):
         return None
-    idle = np.vstack([free.multipliers, np.zeros((mass.walls, 2))])
+    idle = np.vstack([free.multipliers, np.zeros_like(mass.tips)])
     found = extremal(mass, times, idle)
     return replace(found, lower=free.lower, multipliers=idle), times
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..geometry.costate import CostateTrajectory
+from ..geometry.norm import norm
 from ..spec.settings import Aligned
 from ..types import Array, Mask
 from .bounds import lower_bound
@@ -37,7 +38,7 @@ SETTLED = 1e-9  # relative gap at which nothing further is tried
 class Extremal:
     """The best that is known at fixed obstacle times [scaled]: lower <= M* <= upper.
 
-    multipliers: L, shape (2+q, 2), which prove `lower`;  motion: a trajectory [scaled] of peak `upper`.
+    multipliers: L, shape (2+q, d), which prove `lower`;  motion: a trajectory [scaled] of peak `upper`.
     """
 
     lower: float
@@ -71,7 +72,7 @@ def extremal(mass: PointMass, times: Array, start: Array | None = None, depth: i
     Args:
         mass: the maneuver in scaled units.
         times: strictly increasing in (0, 1), shape (q,).
-        start: multipliers (2+q, 2) to start from; default those of the control of least energy.
+        start: multipliers (2+q, d) to start from; default those of the control of least energy.
         depth: how many silent stretches this one lies in.
     """
     if np.any(np.isfinite(mass.width)):
@@ -79,7 +80,7 @@ def extremal(mass: PointMass, times: Array, start: Array | None = None, depth: i
     nodal = Nodal(mass, np.concatenate([[0.0], times, [1.0]]))
     n = len(nodal.kinks)
     if mass.floor(times) == 0:
-        return Extremal(0.0, 0.0, np.zeros((n, 2)), coasting(nodal))
+        return Extremal(0.0, 0.0, np.zeros((n, len(mass.v0))), coasting(nodal))
     p = least_energy(nodal) if start is None else costate_at_kinks(normalized(start), times)[1]
     best = _from(nodal, p, depth)
     if start is None and best.gap > SETTLED:
@@ -94,13 +95,13 @@ def _through(mass: PointMass, times: Array, start: Array | None, depth: int) -> 
     narrow = np.isfinite(mass.width)
     far = np.zeros(mass.walls, dtype=bool)
     if start is not None:
-        far = (np.sum(mass.free * start[2:], axis=1) < 0) & narrow
+        far = (mass.windows.along(start[2:]) < 0) & narrow
     best: Extremal | None = None
     tried: set[bytes] = set()
     while far.tobytes() not in tried:
         tried.add(far.tobytes())
         found = extremal(mass.facing(far), times, start, depth)
-        at = np.sum(mass.free * (found.motion.position(times) - mass.tips), axis=1)
+        at = mass.windows.along(found.motion.position(times) - mass.tips)
         over, under = (at > mass.width + LANDED) & narrow, (at < -LANDED) & narrow
         free = not np.any(over | under)
         found = found if free else replace(found, upper=math.inf)
@@ -110,9 +111,9 @@ def _through(mass: PointMass, times: Array, start: Array | None, depth: int) -> 
         far = (far & ~under) | over
     assert best is not None
     # walls that play against each other: the tips that were missed, touched
-    missed = replace(mass.facing(over), clear=mass.clear & ~(over | under))
-    touched = extremal(missed, times, depth=depth)
-    at = np.sum(mass.free * (touched.motion.position(times) - mass.tips), axis=1)
+    windows = replace(mass.windows.facing(over), clear=mass.clear & ~(over | under))
+    touched = extremal(replace(mass, windows=windows), times, depth=depth)
+    at = mass.windows.along(touched.motion.position(times) - mass.tips)
     if not np.any(narrow & ((at > mass.width + LANDED) | (at < -LANDED))):
         best = _join(best, replace(touched, lower=0.0))
     return best
@@ -123,7 +124,7 @@ def _from(nodal: Nodal, p: Array, depth: int) -> Extremal:
     silent = np.zeros(len(p), dtype=bool)
     p, best = _with_walls(nodal, p, silent, depth)
     for _ in range(2 if depth < DEEPEST else 0):
-        size = np.hypot(*p.T)
+        size = norm(p)
         small = size < SILENT * np.max(size)
         runs = small[:-1] & small[1:]
         quiet = np.r_[runs, False] | np.r_[False, runs]
@@ -136,14 +137,14 @@ def _from(nodal: Nodal, p: Array, depth: int) -> Extremal:
 
 
 def ascend(mass: PointMass, times: Array) -> Array:
-    """Good multipliers, shape (2+q, 2), at these times without their motion: a fraction of the work of `extremal`."""
+    """Good multipliers, shape (2+q, d), at these times without their motion: a fraction of the work of `extremal`."""
     nodal = Nodal(mass, np.concatenate([[0.0], times, [1.0]]))
     none = np.zeros(len(nodal.kinks), dtype=bool)
     idle = np.zeros(mass.walls, dtype=bool)
     p = least_energy(nodal)
     for _ in range(2):
         p = _newton(nodal, p, nodal.basis(idle, none), steps=A_FEW)
-        pulls = mass.clear & (np.sum(mass.free * nodal.multipliers(p)[2:], axis=1) < 0)
+        pulls = mass.clear & (mass.windows.along(nodal.multipliers(p)[2:]) < 0)
         if not np.any(pulls & ~idle):
             break
         idle = idle | pulls
@@ -180,7 +181,7 @@ def extremal_or_proposed(mass: PointMass, times: Array, propose: Callable[[Array
 
 
 def least_energy(nodal: Nodal) -> Array:
-    """Nodal values, shape (q+2, 2), of the control of least int |u|^2: a start that is never far off."""
+    """Nodal values, shape (q+2, d), of the control of least int |u|^2: a start that is never far off."""
     return np.asarray(np.linalg.solve(nodal.masses(), nodal.forces(np.zeros(nodal.mass.walls))))
 
 
@@ -197,7 +198,7 @@ def _with_walls(nodal: Nodal, p: Array, silent: Mask, depth: int) -> tuple[Array
         if best is None or found.gap < best.gap:
             nearest = trial
         best = found if best is None else _join(best, found)
-        push = np.sum(mass.free * nodal.multipliers(trial)[2:], axis=1)
+        push = mass.windows.along(nodal.multipliers(trial)[2:])
         idle = mass.clear & np.where(idle, beyond >= 0, push < 0)
     assert best is not None
     return nearest, best
@@ -261,7 +262,7 @@ class _Point:
     @classmethod
     def of(cls, nodal: Nodal, basis: Array, c: Array, y: Array) -> _Point:
         p = basis @ y
-        impulse, gradient, hessian = nodal.derivatives(p.reshape(-1, 2))
+        impulse, gradient, hessian = nodal.derivatives(p.reshape(nodal.kinks.size, -1))
         work = float(c @ p)
         g = basis.T @ (impulse * gradient - c)
         curved = basis.T @ (gradient[:, None] * gradient + impulse * hessian) @ basis
@@ -269,7 +270,7 @@ class _Point:
 
 
 def assemble(nodal: Nodal, p: Array, silent: Mask, idle: Mask, depth: int = 0) -> tuple[Extremal, Array]:
-    """Both ends from the nodal values p, shape (n, 2), and how far beyond its tip each idle wall is passed."""
+    """Both ends from the nodal values p, shape (n, d), and how far beyond its tip each idle wall is passed."""
     times, mass = nodal.kinks[1:-1], nodal.mass
     multipliers = nodal.multipliers(p)
     work = float(np.sum(p * nodal.forces(np.zeros(mass.walls))))
@@ -280,7 +281,7 @@ def assemble(nodal: Nodal, p: Array, silent: Mask, idle: Mask, depth: int = 0) -
         return extremal(part, at, depth=depth + 1).motion
 
     try:
-        made, beyond = motion(nodal, p, silent, peak, impulses.reshape(-1, 2), idle, fill)
+        made, beyond = motion(nodal, p, silent, peak, impulses.reshape(p.shape), idle, fill)
     except np.linalg.LinAlgError:
         made, beyond = None, np.full(mass.walls, -np.inf)
     lower = lower_bound(mass, times, multipliers)

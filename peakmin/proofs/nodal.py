@@ -36,7 +36,7 @@ class Nodal:
         return np.diff(self.kinks)
 
     def forces(self, beyond: Array) -> Array:
-        """c, shape (n, 2), for wall points s_j (q,) beyond the tips."""
+        """c, shape (n, d), for wall points s_j (q,) beyond the tips."""
         mass = self.mass
         walls = mass.tips + beyond[..., None] * mass.free
         ends = np.zeros_like(mass.pf)[..., None, :], mass.pf[..., None, :]
@@ -45,16 +45,16 @@ class Nodal:
         return np.diff(np.concatenate([mass.v0[..., None, :], mean, mass.vf[..., None, :]], axis=-2), axis=-2)
 
     def multipliers(self, p: Array) -> Array:
-        """L, shape (2+q, 2), of the nodal values (n, 2)."""
+        """L, shape (2+q, d), of the nodal values (n, d)."""
         slopes = np.diff(p, axis=-2) / self.h[..., None]
         return np.concatenate([-slopes[..., -1:, :], p[..., -1:, :], np.diff(slopes, axis=-2)], axis=-2)
 
     def derivatives(self, p: Array) -> tuple[float, Array, Array]:
-        """I, dI/dP (2n,) and d2I/dP2 (2n, 2n); not of stacked maneuvers."""
-        n, values = len(p), p.tolist()
+        """I, dI/dP (n d,) and d2I/dP2 (n d, n d) at P (n, d); not of stacked maneuvers."""
+        n, size, values = len(p), p.size, p.tolist()
         pieces = [derivatives(a, b) for a, b in zip(values, values[1:], strict=False)]
-        total = (self.h[:, None] * pieces).ravel() @ assembly(n)
-        return float(total[0]), total[1 : 1 + 2 * n], total[1 + 2 * n :].reshape(2 * n, 2 * n)
+        total = (self.h[:, None] * pieces).ravel() @ assembly(n, size // n)
+        return float(total[0]), total[1 : 1 + size], total[1 + size :].reshape(size, size)
 
     def masses(self) -> Array:
         """int phi_i phi_j dt of the hat functions, shape (n, n)."""
@@ -67,12 +67,12 @@ class Nodal:
 
     def basis(self, idle: Mask, silent: Mask) -> Array:
         """Columns that span the P with f_j . l_j = 0 at idle walls (q,) and P_j = 0 at silent kinks (n,)."""
-        n = self.kinks.shape[-1]
-        lead = self.kinks.shape[:-1]
-        one = np.broadcast_to(np.eye(2 * n), (*lead, 2 * n, 2 * n))
+        *lead, n = self.kinks.shape
+        d = self.mass.free.shape[-1]
+        one = np.broadcast_to(np.eye(n * d), (*lead, n * d, n * d))
         jumps = self.multipliers_matrix()[..., :, None] * self.mass.free[..., None, :]
-        rows = [jumps[..., j, :, :].reshape(*lead, 2 * n) for j in np.flatnonzero(idle).tolist()]
-        rows += [one[..., 2 * j + i, :] for j in np.flatnonzero(silent).tolist() for i in (0, 1)]
+        rows = [jumps[..., j, :, :].reshape(*lead, n * d) for j in np.flatnonzero(idle).tolist()]
+        rows += [one[..., j * d + i, :] for j in np.flatnonzero(silent).tolist() for i in range(d)]
         if not rows:
             return one
         every = np.stack(rows, axis=-2)

@@ -23,9 +23,9 @@ LANDED = 1e-10  # largest error of a state [scaled] at the end of a motion
 
 def coasting(nodal: Nodal) -> CostateTrajectory:
     """The motion without any force."""
-    k = len(nodal.kinks) - 1
-    none, ones = np.zeros((k, 2)), np.ones((k, 2))
-    return CostateTrajectory(nodal.kinks, ones, ones, np.zeros(k), none, none, np.zeros(2), nodal.mass.v0)
+    k, v0 = len(nodal.kinks) - 1, nodal.mass.v0
+    none, ones = np.zeros((k, len(v0))), np.ones((k, len(v0)))
+    return CostateTrajectory(nodal.kinks, ones, ones, np.zeros(k), none, none, np.zeros_like(v0), v0)
 
 
 def motion(
@@ -37,18 +37,18 @@ def motion(
     idle: Mask,
     fill: Callable[[PointMass, Array], CostateTrajectory],
 ) -> tuple[CostateTrajectory | None, Array]:
-    """The motion of the nodal values p, shape (n, 2), and how far beyond its tip each idle wall is passed, (q,).
+    """The motion of the nodal values p, shape (n, d), and how far beyond its tip each idle wall is passed, (q,).
 
     Args:
         silent: kinks where p is zero by assumption, (n,).
-        peak: M [scaled];  impulses: dI/dP there, shape (n, 2).
+        peak: M [scaled];  impulses: dI/dP there, shape (n, d).
         idle: clear walls that do not push, (q,).
         fill: gives the motion of least peak for a stretch by itself.
     """
     n, mass = len(nodal.kinks), nodal.mass
     quiet = silent[:-1] & silent[1:]
     beyond = np.zeros(mass.walls)
-    points = np.vstack([np.zeros(2), mass.tips, mass.pf])
+    points = np.vstack([np.zeros_like(mass.pf), mass.tips, mass.pf])
     parts: dict[int, CostateTrajectory] = {}
     runs = _runs(quiet)
     for a, b, is_quiet in runs:
@@ -65,9 +65,7 @@ def motion(
     miss = max(float(np.max(np.abs(r[-1] - mass.pf))), float(np.max(np.abs(v[-1] - mass.vf))))
     kinks = nodal.kinks[1:-1]
     at = (joined.position(kinks) if np.any(quiet) else r[1:-1]) - mass.tips
-    along = np.sum(at * mass.free, axis=1)
-    off = at - np.where(mass.clear, np.maximum(along, 0), 0)[:, None] * mass.free
-    miss = max(miss, float(np.max(np.abs(off), initial=0.0)))
+    miss = max(miss, float(np.max(np.abs(at - mass.windows.nearest(at)), initial=0.0)))
     return (joined if miss <= LANDED * (1 + peak) and math.isfinite(joined.peak()) else None), beyond
 
 
@@ -92,7 +90,7 @@ def _speak(
     """M p/|p| + e from kink a to kink b; sets `points` and `beyond` of the idle walls in between."""
     mass, kinks, last = nodal.mass, nodal.kinks, len(nodal.kinks) - 1
     k = b - a
-    none = np.zeros((k, 2))
+    none = np.zeros((k, p.shape[-1]))
 
     def run(velocity: Array, first: Array = none, end: Array = none) -> CostateTrajectory:
         return CostateTrajectory(
@@ -109,7 +107,7 @@ def _speak(
         miss = points[j] - trial.position(kinks[j])
         return np.asarray(trial.start_velocity + miss / (kinks[j] - kinks[a]))
 
-    plain = run(np.zeros(2) if a else mass.v0)
+    plain = run(np.zeros_like(mass.v0) if a else mass.v0)
     if a and b == last:  # backwards from the goal, which also says where an idle wall at kink a is passed
         v, r = plain.node_states
         v_a = mass.vf - v[-1]
@@ -144,17 +142,9 @@ def _stretch(
 ) -> CostateTrajectory:
     """The least-peak motion of a silent stretch by itself, between the states that its neighbours leave it."""
     span = kinks[-1] - kinks[0]
-    inner = slice(a, a + len(kinks) - 2)
-    part = replace(
-        mass,
-        v0=v_a * span,
-        vf=v_b * span,
-        pf=points[-1] - points[0],
-        tips=mass.tips[inner] - points[0],
-        free=mass.free[inner],
-        clear=mass.clear[inner],
-        width=mass.width[inner],
-    )
+    inner = np.arange(a, a + len(kinks) - 2)
+    windows = mass.windows.only(inner).moved(-points[0])
+    part = replace(mass, v0=v_a * span, vf=v_b * span, pf=points[-1] - points[0], windows=windows)
     own = fill(part, (kinks[1:-1] - kinks[0]) / span)
     scale = 1 / span**2
     return CostateTrajectory(

@@ -27,8 +27,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.integrals import mean_norm
+from ..geometry.norm import ROUNDING
 from ..types import Array, Mask
-from .double_integrator import ROUNDING, PointMass, costate_at_kinks
+from .double_integrator import PointMass, costate_at_kinks
 
 MOST_VERTICES = 2000  # of the ordered part of a box
 SWEEPS = 12  # over the times, towards the least value of the bound in the box
@@ -44,7 +45,7 @@ def saddle(mass: PointMass, low: Array, high: Array, at: Array, multipliers: Arr
     Args:
         low, high: the box [scaled], shape (q,).
         at: the times for which the multipliers were found, shape (q,).
-        multipliers: any L, shape (2+q, 2); its costate's values at the kinks of `at` are P.
+        multipliers: any L, shape (2+q, d); its costate's values at the kinks of `at` are P.
     """
     mass = mass.facing_for(multipliers)
     trial = mass.admissible(multipliers / (np.max(np.abs(multipliers)) or 1.0))
@@ -61,7 +62,7 @@ def saddle(mass: PointMass, low: Array, high: Array, at: Array, multipliers: Arr
     p, flat = pushing(mass, values / np.max(np.abs(values)), h)
     if not pushes(mass, p, flat, h):
         return 0.0, place
-    r = np.vstack([np.zeros(2), mass.tips, mass.pf])
+    r = np.vstack([np.zeros_like(mass.pf), mass.tips, mass.pf])
     dp, dr = np.diff(p, axis=0), np.diff(r, axis=0)
     # p may be another by a rounding error of its own size, see pushes
     grain = ROUNDING * np.sum((np.abs(p[1:]) + np.abs(p[:-1])) * (np.abs(r[1:]) + np.abs(r[:-1])), axis=1)
@@ -140,7 +141,7 @@ FLAT = 1e-6  # of the largest |P|: change along a wall's free direction that is 
 
 
 def pushes(mass: PointMass, p: Array, flat: Mask, h: Array) -> bool:
-    """Whether every clear wall pushes at all h, (K, q+1), with values that differ from p, (q+2, 2), by less than a
+    """Whether every clear wall pushes at all h, (K, q+1), with values that differ from p, (q+2, d), by less than a
     rounding error each and stand still on the segments `flat`, a mask (q+1,).
     """
     first = 0
@@ -167,7 +168,7 @@ def _short(mass: PointMass, p: Array, flat: Mask, h: Array, j: int) -> float:
 
 
 def pushing(mass: PointMass, p: Array, h: Array) -> tuple[Array, Mask]:
-    """The values p, (q+2, 2), moved into the walls until each pushes at all h, (K, q+1), or nearly; and where flat.
+    """The values p, (q+2, d), moved into the walls until each pushes at all h, (K, q+1), or nearly; and where flat.
 
     Walls that p stands still between are moved together.
     """

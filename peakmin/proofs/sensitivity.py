@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.norm import norm
 from ..spec.maneuver import Maneuver
 from ..types import Array
 from .bounds import lower_bound
@@ -22,8 +23,8 @@ IDLE = 5e-8  # relative: what leaving a wall out may cost
 class Sensitivities:
     """Derivatives of the least peak M [m/s^2], everything else and the other obstacle times held fixed.
 
-    tips (q, 2) [1/s^2], obstacle_times (q,) [m/s^3], duration [m/s^3], start_position, goal_position (2,) [1/s^2],
-    start_velocity, goal_velocity (2,) [1/s]. Obstacle times' are NaN where the optimal motion at these times is not
+    tips (q, d) [1/s^2], obstacle_times (q,) [m/s^3], duration [m/s^3], start_position, goal_position (d,) [1/s^2],
+    start_velocity, goal_velocity (d,) [1/s]. Obstacle times' are NaN where the optimal motion at these times is not
     found, or they are nearer to each other or to the ends than half of 1e-9 of the duration (null in a plan's file).
     Where a wall can be left out, its tip and time count as not mattering: what crosses there by itself has a larger
     peak at any other time, and M a kink, but none when the time may follow.
@@ -39,7 +40,7 @@ class Sensitivities:
 
 
 def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array) -> Sensitivities:
-    """dM/d(everything) at given obstacle times [s], shape (q,), from optimal multipliers (2+q, 2), scaled.
+    """dM/d(everything) at given obstacle times [s], shape (q,), from optimal multipliers (2+q, d), scaled.
 
     dM/dtip_i = l_i/I, dM/dpf = l_pos/I, dM/dvf = l_vel/I, dM/dp0 = -(l_pos + sum l_i)/I, dM/dv0 = -p(0)/I,
     dM/dT_i = -l_i . r'(T_i)/I, dM/dT = -(l_pos . vf + M |l_vel|)/I.
@@ -61,7 +62,7 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
     return Sensitivities(
         tips=rates[2:] * position,
         obstacle_times=-speed * slope + 0.0,
-        duration=-float(rates[0] @ mass.vf + peak * np.hypot(*rates[1])) * slope,
+        duration=-float(rates[0] @ mass.vf + peak * float(norm(rates[1]))) * slope,
         start_position=-(rates[0] + np.sum(rates[2:], axis=0)) * position,
         start_velocity=-p[0] / area * velocity,
         goal_position=rates[0] * position,
@@ -70,7 +71,7 @@ def sensitivities(maneuver: Maneuver, obstacle_times: Array, multipliers: Array)
 
 
 def optimal(mass: PointMass, times: Array, given: Array, peak: float) -> Array:
-    """The best multipliers (2+q, 2) at scaled times (q,): those of the optimum, or given ones that prove more.
+    """The best multipliers (2+q, d) at scaled times (q,): those of the optimum, or given ones that prove more.
 
     A program's own are those of its circle and grid: with few edges they may look along one of them only.
 
@@ -84,7 +85,7 @@ def optimal(mass: PointMass, times: Array, given: Array, peak: float) -> Array:
 
 
 def without_idle(mass: PointMass, times: Array, multipliers: Array) -> Array:
-    """Multipliers (2+q, 2) that prove as much, without those of walls that can be left out; these where none can."""
+    """Multipliers (2+q, d) that prove as much, without those of walls that can be left out; these where none can."""
     if not far_apart(times):
         return multipliers
     enough = (1 - IDLE) * lower_bound(mass, times, multipliers)
@@ -112,7 +113,7 @@ def _optimal(mass: PointMass, times: Array, given: Array, peak: float) -> Array:
 
 
 def _velocities(maneuver: Maneuver, times: Array, multipliers: Array) -> Array:
-    """r'(T_i) [scaled] of the optimal motion, (q, 2); NaN where that is not found.
+    """r'(T_i) [scaled] of the optimal motion, (q, d); NaN where that is not found.
 
     Not from p alone, which may be zero before a wall, after it, or both; a clear wall may be crossed beyond its tip.
     """

@@ -22,11 +22,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import SpecError
+from ..geometry.norm import ROUNDING
 from ..plan.plan import Plan
 from ..proofs.bounds import out_of_order
 from ..proofs.branch_and_bound import halves, inside
 from ..proofs.descent import descend
-from ..proofs.double_integrator import ROUNDING, PointMass, impulse
+from ..proofs.double_integrator import PointMass, impulse
 from ..proofs.extremal import extremal
 from ..search.solve import solve
 from ..spec.maneuver import Maneuver, walls_only

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import SpecError
-from ..geometry.frame import Frame
 from ..geometry.trapezoids import Gap, Interval, edges_of, heights, lines_through, snapped, trapezoids
+from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Block, Wall
 from ..types import Array

@@ -11,7 +11,6 @@ from typing import Literal
 import numpy as np
 
 from ..deadline import over
-from ..geometry.frame import Frame
 from ..geometry.norm import norm
 from ..geometry.trajectory import Trajectory
 from ..robots.joints import JointPath
@@ -19,6 +18,7 @@ from ..robots.kinematics import unit
 from ..robots.link_clearance import link_clearance
 from ..robots.workspace import Sheets, Workspace
 from ..spec.arm import ArmManeuver, postures
+from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver, State
 from ..spec.obstacles import Wall
 from ..types import Array

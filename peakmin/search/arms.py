@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..deadline import part
-from ..geometry.frame import Frame
 from ..plan.arm_plan import ArmPlan
 from ..plan.found import Found, plan_of
 from ..proofs.branch_and_bound import Certificate
@@ -27,6 +26,7 @@ from ..scenes.arm_proof import ArmProof, PassageProof, Touching
 from ..scenes.kinds import ArmScene
 from ..scenes.passages import Edge, Line, Looks, Order, Passage, Whole
 from ..scenes.scene import Bounded
+from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver
 from ..spec.settings import GlobalSearch
 from .course import Steered, steered

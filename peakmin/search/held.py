@@ -22,7 +22,6 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ..deadline import OverError, over
-from ..geometry.frame import Frame
 from ..geometry.trajectory import HoldTrajectory, Trajectory
 from ..plan.found import Found
 from ..programs.program import Count
@@ -33,6 +32,7 @@ from ..scenes.blocks import WayClass
 from ..scenes.kept import Kept, inward
 from ..scenes.kinds import PointScene
 from ..scenes.scene import Plane
+from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Aligned
 from ..types import Array

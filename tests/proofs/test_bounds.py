@@ -6,6 +6,7 @@ worst errors of that size leave.
 
 import itertools
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from mpmath import mp
 
 import peakmin as pm
+from peakmin.geometry import window
 from peakmin.proofs import bounds as least_over_times
 from peakmin.proofs import bracket, saddle
 from peakmin.proofs import double_integrator as moments
@@ -40,6 +42,11 @@ SLALOM = wall_maneuver(
 )
 MIXED = MOVING.model_copy(update={"obstacles": (pm.Wall(tip=(0.3, 0.4), opening=0.2), pm.Wall(tip=(0.6, 0.2)))})
 MASSES = [PointMass.of(problem) for problem in (MOVING, SLITS, TABLE, SLALOM, MIXED, *map(maneuver, range(7)))]
+
+
+def past(mass, **changes):
+    """The same maneuver past other windows."""
+    return replace(mass, windows=replace(mass.windows, **changes))
 
 
 def at_random(seed):
@@ -75,7 +82,7 @@ def worst(mass, times, multipliers, rounding):
 @pytest.fixture(params=[None, 1e-2], ids=["as it is", "coarse"])
 def rounding(request, monkeypatch):
     if request.param is not None:
-        for module in (bracket, least_over_times, saddle, pushing, moments):
+        for module in (bracket, least_over_times, saddle, pushing, moments, window):
             monkeypatch.setattr(module, "ROUNDING", request.param)
     return moments.ROUNDING
 
@@ -570,7 +577,7 @@ def test_saddle_bounds_leave_the_worst_rounding(seed, rounding):
     """Of walls that are touched, where no value of p is moved, in a box without width."""
     rng, mass, times, _ = at_random(seed)
     q = mass.walls
-    mass = moments.replace(mass, clear=np.zeros(q, dtype=bool), width=np.full(q, np.inf))
+    mass = past(mass, clear=np.zeros(q, dtype=bool), width=np.full(q, np.inf))
     good = extremal(mass, times).multipliers if seed % 3 else rng.normal(size=(2 + q, 2))
     trial = good / np.max(np.abs(good))
     p, h = costate_at_kinks(trial, times)[1], np.diff([0.0, *times, 1.0])
@@ -609,7 +616,7 @@ def walls_and_values(seed):
     """Random walls, some alike, some touched; values about level along the first direction; the h of a box."""
     rng = np.random.default_rng(seed)
     q = seed % 4 + 1
-    mass = moments.replace(
+    mass = past(
         MASSES[0],
         tips=rng.normal(size=(q, 2)),
         free=np.array([[0.0, 1.0], [0.0, 1.0], [0.0, 1.0], [1.0, 0.0]])[rng.permutation(4)[:q]],
@@ -673,7 +680,7 @@ def test_whether_every_clear_wall_pushes_is_checked(seed, monkeypatch):
             assert yes == (left > 0)
 
 
-ALIKE = moments.replace(
+ALIKE = past(
     MASSES[0],
     tips=np.zeros((3, 2)),
     free=np.array([[0.6, 0.8]] * 3),
@@ -686,7 +693,7 @@ ALIKE = moments.replace(
 @pytest.mark.parametrize("level", [0.3, -0.3])
 def test_where_values_are_said_to_stand_still_they_do(level, f):
     """Three walls alike; along their free direction p falls to a level, stands still, and rises."""
-    alike = moments.replace(ALIKE, free=np.array([f] * 3))
+    alike = past(ALIKE, free=np.array([f] * 3))
     f, across = np.array(f), np.array([-f[1], f[0]])
     h = np.array([[0.25, 0.25, 0.25, 0.25], [0.1, 0.2, 0.3, 0.4]])
     flat = np.array([False, True, True, False])
@@ -709,7 +716,7 @@ def test_where_values_are_said_to_stand_still_they_do(level, f):
     for wrong in ([True, True, True, False], [False, True, True, True], [True] * 4):
         assert not pushing.pushes(alike, p, np.array(wrong), h)
     for other in (f[::-1], f * [1, -1]):
-        turned = moments.replace(alike, free=np.array([f, f, other]))
+        turned = past(alike, free=np.array([f, f, other]))
         away = np.array([-other[1], other[0]]) * -np.sign(f @ [-other[1], other[0]])
         fallen = bare.copy()
         fallen[3:] = bare[2] + away  # not moved along the last wall's direction, against that of the one before
@@ -718,10 +725,10 @@ def test_where_values_are_said_to_stand_still_they_do(level, f):
     first = np.array([False, True, False, False])
     risen = p + np.array([0, 0, 0, 0.1, 1])[:, None] * f
     assert pushing.pushes(alike, risen, first, h)
-    assert not pushing.pushes(moments.replace(alike, clear=np.array([False, True, True])), risen, first, h)
+    assert not pushing.pushes(past(alike, clear=np.array([False, True, True])), risen, first, h)
     for touched in range(3):
         clear = np.arange(3) != touched
-        assert not pushing.pushes(moments.replace(alike, clear=clear), p, flat, h)
+        assert not pushing.pushes(past(alike, clear=clear), p, flat, h)
     sinking = p - np.array([2.0, 0, 0, 0, 0])[:, None] * f
     assert not pushing.pushes(alike, sinking, flat, h)
     sinking = p - np.array([0, 0, 0, 0, 2.0])[:, None] * f
@@ -733,7 +740,7 @@ def test_saddle_bounds_are_below_the_ratio_all_over_the_box(seed):
     """Whatever bends the way of a hill or of a bowl: N(T) / sum m h at times everywhere in the box, walls touched."""
     rng, mass, _, _ = at_random(seed)
     q = mass.walls
-    mass = moments.replace(mass, clear=np.zeros(q, dtype=bool), width=np.full(q, np.inf))
+    mass = past(mass, clear=np.zeros(q, dtype=bool), width=np.full(q, np.inf))
     at = np.sort(rng.uniform(0.1, 0.9, q))
     good = extremal(mass, at).multipliers + rng.choice([0, 0.1, 1]) * rng.normal(size=(2 + q, 2))
     wide = rng.choice([0.02, 0.1])
@@ -757,7 +764,7 @@ def test_saddle_bounds_are_below_the_ratio_all_over_the_box(seed):
 def test_a_concave_part_next_to_the_start_proves_nothing():
     """-1/h has no lower bound where a wall may be met at once."""
     rng = np.random.default_rng(3)
-    mass = moments.replace(PointMass.of(wall_maneuver()), clear=np.zeros(1, dtype=bool))
+    mass = PointMass.of(wall_maneuver(obstacles=(pm.Wall(tip=(0.5, 0.5), contact="touch"),)))
     low, high, at = np.array([0.0]), np.array([0.3]), np.array([0.2])
     seen = 0
     while seen < 20:
@@ -774,7 +781,7 @@ def test_values_that_do_not_push_prove_nothing(monkeypatch):
         start=pm.State(position=(0, 0.5)), goal=pm.State(position=(1, 0.5)), obstacles=(pm.Wall(tip=(0.5, -5)),)
     )
     mass, at = PointMass.of(level), np.array([0.5])
-    pull = extremal(moments.replace(mass, clear=np.zeros(1, dtype=bool)), at)
+    pull = extremal(past(mass, clear=np.zeros(1, dtype=bool)), at)
     p = costate_at_kinks(pull.multipliers, at)[1]
     monkeypatch.setattr(saddle, "pushing", lambda mass, _, h: (p, np.zeros(2, bool)))
     assert saddle.saddle(mass, at, at, at, np.abs(pull.multipliers))[0] == 0
@@ -785,7 +792,7 @@ def test_values_that_do_not_push_prove_nothing(monkeypatch):
 def test_too_many_walls_at_once_prove_nothing():
     """Of boxes with more vertices than are looked at."""
     q = 9
-    mass = moments.replace(
+    mass = past(
         MASSES[0],
         tips=np.zeros((q, 2)),
         free=np.tile([0.0, 1.0], (q, 1)),

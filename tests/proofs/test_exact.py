@@ -39,7 +39,7 @@ def test_integrals_along_a_piece(seed):
     plain, weighted = mean_direction(p0, p1)
     np.testing.assert_allclose(plain, np.einsum("pg,pgi->i", w, unit), atol=1e-13)
     np.testing.assert_allclose(weighted, np.einsum("pg,pgi->i", w * x, unit), atol=1e-13)
-    total = np.array(derivatives(p0.tolist(), p1.tolist())) @ assembly(2)
+    total = np.array(derivatives(p0.tolist(), p1.tolist())) @ assembly(2, 2)
     norm, gradient, hessian = total[0], total[1:5], total[5:]
     assert norm == pytest.approx(np.sum(w * r), rel=1e-13)
     shares = np.stack([1 - x, x])
