@@ -7,12 +7,14 @@ import pytest
 
 import peakmin as pm
 from peakmin import cli
+from tests.search.test_scenes import assert_free
 
 EXAMPLES = sorted(
     p
     for p in (Path(__file__).parent.parent.parent / "examples").glob("*.json")
     if not p.name.startswith(("study_", "impossible"))
 )
+SCENES = ["tunnel", "two_tables", "wide_box", "non_convex_block", "slalom", "cluttered"]
 
 
 def run(*arguments):
@@ -47,12 +49,21 @@ def test_there_are_five_examples_and_more():
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 def test_examples_solve(path, capsys):
+    """Those with blocks clear of everything: samples say so, too."""
     status, out, err = call(capsys, "solve", path, "--json")
     document = json.loads(out)
     assert (status, document["status"], err) == (0, "solved", "")
     assert document["lower_bound"] <= document["peak"]
     for key in ("gap", "peak_force", "obstacle_times", "times", "position", "velocity", "acceleration"):
         assert key in document
+    found = pm.verify(out)
+    assert found.problems == ()
+    if path.stem in SCENES:
+        plan = found.plan
+        assert plan.clearance >= plan.maneuver.margin
+        assert plan.gap <= 1e-3
+        assert plan.scope == "all"
+        assert_free(plan)
 
 
 def test_solve_writes_its_files(spec, tmp_path, capsys):
