@@ -8,6 +8,7 @@ import matplotlib
 import peakmin as pm
 
 matplotlib.use("Agg")
+ALL = os.environ.get("PEAKMIN_SEEDS") == "all"  # `make proofs`: every seed of what `make test` takes some of
 # the same examples every time: a failure in `make test` is the change's, not the day's
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("repeatable")

@@ -1,13 +1,12 @@
 """Global bounds: branch and bound against sampling, and plan files that are not what they state."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 
 import peakmin as pm
+from peakmin.cli import main
 from peakmin.paper import TWO_LINK
 from peakmin.proofs.bounds import Leaf, box_bound, covers, lower_bound, out_of_order
 from peakmin.proofs.branch_and_bound import inside, least_over_times
@@ -226,22 +225,23 @@ def test_a_changed_plan_file_is_refused(written, spoil, forged):
         assert found.problems
 
 
-def test_verify_at_the_terminal(tmp_path, written):
+def test_verify_at_the_terminal(tmp_path, capsys, written):
     def run(text):
         path = tmp_path / "plan.json"
         path.write_text(text)
-        return subprocess.run([sys.executable, "-c", "from peakmin.cli import main; main()", "verify", path],
-                              capture_output=True, text=True, check=False)  # fmt: skip
+        with pytest.raises(SystemExit) as end:
+            main(["verify", str(path)])
+        return end.value.code, *capsys.readouterr()
 
-    assert run(written).returncode == 0
+    assert run(written)[0] == 0
     data = json.loads(written)
     data["lower_bound"] *= 1.001
-    spoiled = run(json.dumps(data))
-    assert spoiled.returncode == 4
-    assert "lower_bound" in spoiled.stdout
-    nonsense = run('{"version": 1}')
-    assert nonsense.returncode == 2
-    assert nonsense.stderr.count("\n") == 1
+    status, out, _ = run(json.dumps(data))
+    assert status == 4
+    assert "lower_bound" in out
+    status, _, err = run('{"version": 1}')
+    assert status == 2
+    assert err.count("\n") == 1
 
 
 @pytest.mark.parametrize(

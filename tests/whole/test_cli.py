@@ -7,12 +7,14 @@ import pytest
 
 import peakmin as pm
 from peakmin import cli
+from tests.search.test_scenes import assert_free
 
 EXAMPLES = sorted(
     p
     for p in (Path(__file__).parent.parent.parent / "examples").glob("*.json")
     if not p.name.startswith(("study_", "impossible"))
 )
+SCENES = ["tunnel", "two_tables", "wide_box", "non_convex_block", "slalom", "cluttered"]
 
 
 def run(*arguments):
@@ -47,12 +49,21 @@ def test_there_are_five_examples_and_more():
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 def test_examples_solve(path, capsys):
+    """Those with blocks clear of everything: samples say so, too."""
     status, out, err = call(capsys, "solve", path, "--json")
     document = json.loads(out)
     assert (status, document["status"], err) == (0, "solved", "")
     assert document["lower_bound"] <= document["peak"]
     for key in ("gap", "peak_force", "obstacle_times", "times", "position", "velocity", "acceleration"):
         assert key in document
+    found = pm.verify(out)
+    assert found.problems == ()
+    if path.stem in SCENES:
+        plan = found.plan
+        assert plan.clearance >= plan.maneuver.margin
+        assert plan.gap <= 1e-3
+        assert plan.scope == "all"
+        assert_free(plan)
 
 
 def test_solve_writes_its_files(spec, tmp_path, capsys):
@@ -92,20 +103,21 @@ def test_infeasible_is_exit_status_3(spec, capsys):
     assert (status, json.loads(out)["status"], err) == (3, "infeasible", "")
 
 
-def test_bad_input_is_one_line_and_exit_status_2(spec, tmp_path):
-    for arguments in (("solve", spec(duration=0)), ("sweep", tmp_path / "none.json"), ("solve", tmp_path)):
-        result = run(*arguments)
-        assert result.returncode == 2
-        assert result.stdout == ""
-        assert result.stderr.count("\n") == 1
-        assert "Traceback" not in result.stderr
+def test_bad_input_is_one_line_and_exit_status_2(spec, tmp_path, capsys):
+    ways = [("solve", spec(duration=0)), ("sweep", tmp_path / "none.json"), ("solve", tmp_path)]
+    result = run(*ways[0])
+    for status, out, err in ((result.returncode, result.stdout, result.stderr), *(call(capsys, *way) for way in ways)):
+        assert (status, out) == (2, "")
+        assert err.count("\n") == 1
+        assert "Traceback" not in err
 
 
-def test_wrong_usage_is_exit_status_2():
-    for arguments in (("solve",), ("fly",), ("solve", "a.json", "--fast")):
-        result = run(*arguments)
-        assert result.returncode == 2
-        assert "Traceback" not in result.stderr
+def test_wrong_usage_is_exit_status_2(capsys):
+    ways = [("solve",), ("fly",), ("solve", "a.json", "--fast")]
+    result = run(*ways[0])
+    for status, _, err in ((result.returncode, "", result.stderr), *(call(capsys, *way) for way in ways)):
+        assert status == 2
+        assert "Traceback" not in err
 
 
 def test_a_folder_that_cannot_be_written_is_refused(spec, tmp_path, capsys):
@@ -116,10 +128,10 @@ def test_a_folder_that_cannot_be_written_is_refused(spec, tmp_path, capsys):
     assert err.count("\n") == 1
 
 
-def test_the_impossible_example_is_explained():
-    result = run("explain", EXAMPLES[0].parent / "impossible.json")
-    assert result.returncode == 3
-    assert "raise max_peak to 6.14 m/s²" in result.stdout
+def test_the_impossible_example_is_explained(capsys):
+    status, out, _ = call(capsys, "explain", EXAMPLES[0].parent / "impossible.json")
+    assert status == 3
+    assert "raise max_peak to 6.14 m/s²" in out
 
 
 @pytest.mark.parametrize(

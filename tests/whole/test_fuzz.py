@@ -12,8 +12,6 @@ import os
 import random
 import resource
 import signal
-import subprocess
-import sys
 import time
 from collections import Counter
 
@@ -187,28 +185,15 @@ BIG = [
 LITTLE = [*BIG[3:4], *BIG[-6:]] if COUNT < 10_000 else BIG
 
 
-def run(arguments, program="from peakmin.cli import main; main()"):
-    """A process of its own: exit status, stdout, stderr, and its largest memory in bytes."""
-    after = (
-        "import atexit, resource, sys\n"
-        "atexit.register(lambda: print('memory', resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr))\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", after + program, *map(str, arguments)], capture_output=True, text=True, timeout=120
-    )
-    err, _, memory = done.stderr.rpartition("memory ")
-    return done.returncode, done.stdout, err, int(memory) * 1024
-
-
 @pytest.mark.parametrize("verb", ["solve", "verify"])
 @pytest.mark.parametrize("what", LITTLE)
 def test_what_is_too_much_is_refused_in_little_time_and_memory(what, verb, tmp_path):
     path = tmp_path / "file.json"
     path.write_bytes(big(what))
-    status, out, err, memory = run([verb, path])
+    status, out, err = called([verb, path])
     assert status == 2
     must_be_right(verb, status, out, err)
-    assert memory <= MOST_BYTES
+    assert largest() <= MOST_BYTES
 
 
 @pytest.mark.parametrize("path", ["none\n.json", "none\x1b[2J.json"])
