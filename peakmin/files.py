@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from .errors import SpecError
@@ -51,3 +54,12 @@ def write(path: str | Path, content: str | bytes) -> None:
             raise
     except OSError as error:
         raise SpecError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def csv_text(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """A table as CSV text: a line for the head and one for each row, numbers with all their digits."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(rows)
+    return out.getvalue()

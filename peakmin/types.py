@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,5 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
-
-
+Axes = Any  # matplotlib's, which only view imports; others hand them on from their caller to their painter
 Progress = Callable[[int, int], None]  # done, total as far as it is known

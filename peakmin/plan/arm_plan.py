@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..byname import found
+from ..files import csv_text
 from ..geometry.trajectory import Trajectory
 from ..robots.joints import JointPath, base_moment, closely, torques
 from ..robots.link_clearance import LinkClearance
@@ -18,12 +20,10 @@ from ..scenes.arm_proof import ArmProof
 from ..spec.arm import ANGLE, ArmManeuver
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Settings
-from ..types import Array
-from .plan import Made, Planned, Status, table_text
+from ..types import Array, Axes
+from .plan import Made, Plan, Planned, Status
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ..queries.explain import Explanation
 
 TIME_LIMIT = 60.0  # s, of an explanation
@@ -43,6 +43,8 @@ class ArmPlan(Planned):
     clear: the least distance of the links from the obstacles at any instant.
     peak: bound on the centre of mass's acceleration [m/s^2];  lower_bound: no motion whatsoever has a smaller one.
     """
+
+    kind: ClassVar[Literal["arm"]] = "arm"
 
     maneuver: ArmManeuver
     settings: Settings
@@ -148,10 +150,8 @@ class ArmPlan(Planned):
         return out
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The arm's poses over its obstacles; see `peakmin.view.arm_plots` for more."""
-        from ..view.arm_plots import poses
-
-        return poses(self, ax=ax)
+        """The arm's poses over its obstacles; see `peakmin.view` for more."""
+        return found("peakmin.view.paths:poses")(self, ax=ax)
 
     def document(self) -> dict[str, Any]:
         """The plan as plain JSON data."""
@@ -177,10 +177,13 @@ class ArmPlan(Planned):
         rates = np.diff(self._path().rates(t)[1], axis=-1, prepend=0.0)
         columns = [t, self.angles(t), rates, self.torques(t), self.position(t), self.base_force(t), self.base_moment(t)]
         names = [f"{name}{k + 1}" for name in ("q", "dq", "tau") for k in range(n)]
-        return table_text(["t", *names, "x", "y", "fx", "fy", "moment"], columns)
+        return csv_text(["t", *names, "x", "y", "fx", "fy", "moment"], np.column_stack(columns).tolist())
 
     def __repr__(self) -> str:
         return (
             f"ArmPlan({self.status}, peak={self.peak:.9g}, lower_bound={self.lower_bound:.9g}, "
             f"clearance={self.clearance:.6g})"
         )
+
+
+AnyPlan = Plan | ArmPlan

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..byname import found
+from ..files import csv_text
 from ..geometry.trajectory import Trajectory
 from ..proofs.bounds import Leaf, Proof
 from ..proofs.bracket import Bracket
@@ -27,11 +27,9 @@ from ..spec.control_set import Disc, Polygon
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Wall
 from ..spec.settings import Settings
-from ..types import Array
+from ..types import Array, Axes
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ..queries.explain import Explanation
 
 Status = Literal["solved", "infeasible", "unknown"]
@@ -105,15 +103,6 @@ class Planned:
         return json.dumps(self.document(), indent=indent, allow_nan=False)
 
 
-def table_text(head: list[str], columns: list[Array]) -> str:
-    """Columns (m,) or (m, k) as CSV text under a head."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows(np.column_stack(columns).tolist())
-    return out.getvalue()
-
-
 @cache
 def _versions() -> dict[str, str]:
     return {name: version(name) for name in ("peakmin", "cvxpy", "clarabel", "numpy")}
@@ -152,6 +141,8 @@ class Plan(Planned):
     multipliers: L at the plan's own obstacle times, shape (2+q, 2), scaled.
     """
 
+    kind: ClassVar[Literal["point"]] = "point"
+
     maneuver: Maneuver
     settings: Settings
     status: Status
@@ -180,10 +171,8 @@ class Plan(Planned):
         return keeping(self.maneuver, self._motion())
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Path with walls and crossing points; see `peakmin.view.plots` for more."""
-        from ..view.plots import path  # matplotlib takes a second to import
-
-        return path(self, ax=ax)
+        """Path with walls and crossing points; see `peakmin.view` for more."""
+        return found("peakmin.view.paths:path")(self, ax=ax)
 
     def document(self) -> dict[str, Any]:
         """The plan as plain JSON data; `peakmin.verify` and `Plan.from_json` read it."""
@@ -224,7 +213,7 @@ class Plan(Planned):
         """Text: rows t, x, y, vx, vy, ax, ay at the nodes [SI]; the last row repeats the last acceleration."""
         t, motion = self.times, self._motion()
         columns = [t, motion.position(t), motion.velocity(t), motion.acceleration(t)]
-        return table_text(["t", "x", "y", "vx", "vy", "ax", "ay"], columns)
+        return csv_text(["t", "x", "y", "vx", "vy", "ax", "ay"], np.column_stack(columns).tolist())
 
 
 def from_bracket(

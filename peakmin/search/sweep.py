@@ -6,13 +6,15 @@ import itertools
 import json
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..byname import found
 from ..deadline import after, over
 from ..errors import SpecError
+from ..files import csv_text
 from ..plan.plan import Made, Plan, from_bracket, peak_of
 from ..programs.least_peak import LeastPeak
 from ..proofs.bounds import Proof
@@ -20,10 +22,7 @@ from ..scenes.blocks import WaysProof
 from ..spec.maneuver import Maneuver, walls_only
 from ..spec.settings import Settings, SweepSearch
 from ..spec.spec import refuse_unfit
-from ..types import Array, Mask, Progress
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from ..types import Array, Axes, Mask, Progress
 
 APART = 1e-15  # of the duration: least time between two walls that are asked for
 
@@ -58,9 +57,7 @@ class Sweep:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """M over T_obs (the paper's figure 7), one wall only."""
-        from ..view.plots import peak_over_time
-
-        return peak_over_time(self, ax=ax)
+        return found("peakmin.view.curves:peak_over_time")(self, ax=ax)
 
     def document(self) -> dict[str, Any]:
         """The sweep as plain JSON data."""
@@ -82,9 +79,8 @@ class Sweep:
     def to_csv(self) -> str:
         """Rows of obstacle times [s], least M and its lower end [m/s^2]."""
         times = self.obstacle_times.reshape(len(self.peak), -1)
-        head = ",".join([*(f"T_{i + 1}" for i in range(times.shape[1])), "peak", "lower"])
-        rows = np.column_stack([times, self.peak, self.lower])
-        return "\n".join([head, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n"
+        head = [*(f"T_{i + 1}" for i in range(times.shape[1])), "peak", "lower"]
+        return csv_text(head, np.column_stack([times, self.peak, self.lower]).tolist())
 
 
 def sweep(
