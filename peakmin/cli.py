@@ -9,27 +9,36 @@ Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved i
 from __future__ import annotations
 
 import json
+import math
 import sys
 import threading
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import Annotated, NoReturn
 
+import numpy as np
 import typer
 from typer.exceptions import TyperException
 
-from . import api, files
+from . import files, paper
 from .deadline import ended_by_interrupt
 from .errors import PeakminError, SpecError
+from .plan.arm_plan import ArmPlan
+from .plan.document import Status, digest
+from .plan.plan import Plan
+from .plan.verify import verify
+from .queries.budget import error_budget
+from .queries.compare import compare, table
+from .queries.simulate import simulate
+from .queries.study.study import study
+from .queries.study.table import KINDS as TABLES
+from .search.solve import solve
+from .search.sweep import sweep
 from .spec.reading import load, named, of_kind, read_file
-from .spec.spec import Spec, read_spec, schema
-from .view import output, words
+from .spec.spec import AnySpec, ArmSpec, Spec, read_spec, schema
+from .spec.study import StudySpec
+from .view import curves, output, words
 from .view.streams import answer, aside, only_answers
-
-if TYPE_CHECKING:
-    from .plan.arm_plan import ArmPlan
-    from .plan.document import Status
-    from .plan.plan import Plan
-    from .spec.spec import ArmSpec
 
 EXIT = {"solved": 0, "infeasible": 3, "unknown": 4}
 BAD_INPUT, DIFFERS, STOPPED = 2, 1, 130
@@ -68,7 +77,7 @@ def solve_command(
             output.write_plan(plan, out, gif)
         if report:
             output.write_report(plan, report, spec.stem)
-        answer(plan.to_json(indent=2) if as_json else _described(plan))
+        answer(plan.to_json(indent=2) if as_json else words.describe(plan))
         _say_where(as_json, out, report)
         if plan.status == "infeasible" and not as_json and not stopped.is_set():
             with output.bar("explain"):
@@ -87,7 +96,7 @@ def explain_command(spec: SpecFile, as_json: Json = False) -> None:
         with output.bar("explain"):
             why = plan.explanation
     if as_json:
-        answer(json.dumps({"status": plan.status, "explanation": None if why is None else why.document()}, indent=2))
+        answer(_json({"status": plan.status, "explanation": None if why is None else why.document()}))
     else:
         answer(f"{plan.status}: " + ("nothing to explain" if why is None else str(why)))
     _end(plan.status, stopped, words.so_far(plan))
@@ -98,26 +107,20 @@ def explain_command(spec: SpecFile, as_json: Json = False) -> None:
 def compare_command(spec: SpecFile, as_json: Json = False) -> None:
     """An arm's least peak beside the same move by joint quintics, minimum jerk and a smooth path."""
     asked = read_spec(spec)
-    if isinstance(asked, Spec):
+    if asked.task.kind != "arm":
         raise SpecError("arm: was missing, must be given for `compare`")
-    from .queries.compare import compare, table
-    from .view import arm_words as terminal
-
-    with output.bar("compare") as progress:
-        plan = terminal.solved(asked, progress)
+    plan = _solved(asked, "compare")
+    if plan.trajectory is None:
+        raise PeakminError("compare: was a task without a free motion, must have one")
+    assert isinstance(plan, ArmPlan)
     rows = compare(plan)
-    answer(json.dumps([terminal.plain(row) for row in rows], indent=2) if as_json else table(rows))
+    answer(_json([vars(row) for row in rows]) if as_json else table(rows))
 
 
 @app.command("simulate")
 @only_answers()
 def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
     """Drive the simulated arm (MuJoCo, gravity off) along a plan and print planned and simulated peak base force."""
-    from .plan.arm_plan import ArmPlan
-    from .plan.document import digest
-    from .queries.simulate import simulate
-    from .view import arm_words as terminal
-
     with named(plan):
         text = read_file(plan)
         data = load(text, finite=True)
@@ -128,7 +131,15 @@ def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
             raise SpecError("digest: was that of another text, must be as it was written (`peakmin verify` tells more)")
         asked = ArmPlan.from_json(text)
     found = simulate(asked)
-    answer(json.dumps(terminal.numbers(found), indent=2) if as_json else terminal.felt(found))
+    numbers = {
+        "planned_peak": found.planned_peak,
+        "simulated_peak": found.felt_peak,
+        "peak_error": found.felt_peak / found.planned_peak - 1 if found.planned_peak else 0.0,
+        "curve_error": found.error,
+        "drift": found.drift,
+        "agrees": found.agrees,
+    }
+    answer(_json(numbers) if as_json else words.felt(found))
     raise typer.Exit(0 if found.agrees else EXIT["unknown"])
 
 
@@ -138,8 +149,6 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
     """The least M at every obstacle time of a sweep (the paper's outer loop)."""
     asked = Spec.read(spec)
     files.ready(out)
-    from .search.sweep import sweep
-
     with ended_by_interrupt() as stopped, output.bar("sweep") as progress:
         found = sweep(asked.maneuver, asked.settings, progress=progress)
     if out:
@@ -147,8 +156,8 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
         files.write(out / "sweep.json", found.to_json(indent=2) + "\n")
         files.write(out / "sweep.csv", found.to_csv())
         if found.obstacle_times.ndim == 1:
-            output.save(out / "sweep.png", found)
-    answer(found.to_json(indent=2) if as_json else words.table(found))
+            output.write_figure(partial(curves.peak_over_time, found), out / "sweep.png")
+    answer(found.to_json(indent=2) if as_json else words.sweep_table(found))
     _say_where(as_json, out)
     _end(found.best.status, stopped, words.done(found))
 
@@ -159,13 +168,11 @@ def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> No
     """What the polygon, the grid, the tolerance and the obstacle times each cost, adding up to the whole error."""
     asked = Spec.read(spec)
     files.ready(out)
-    from .queries.budget import error_budget
-
     errors = error_budget(asked.maneuver, asked.settings)
     if out:
-        output.save(out / "budget.png", errors)
-        files.write(out / "budget.json", json.dumps(vars(errors), indent=2) + "\n")
-    answer(json.dumps(vars(errors), indent=2) if as_json else errors.table())
+        output.write_figure(partial(curves.error_parts, errors), out / "budget.png", (8, 3))
+        files.write(out / "budget.json", _json(vars(errors)) + "\n")
+    answer(_json(vars(errors)) if as_json else errors.table())
     _say_where(as_json, out)
 
 
@@ -180,21 +187,17 @@ def study_command(
     workers: Annotated[int | None, typer.Option(help="Processes; default one for each processor.")] = None,
 ) -> None:
     """Solve a grid of specs, one row each; run again, it goes on where it was stopped."""
-    from .queries.study import table
-    from .queries.study.study import study
-    from .spec.study import StudySpec
-
     asked = StudySpec.read(study_file)
-    if out.suffix[1:].isalpha() and out.suffix not in table.KINDS and not out.is_dir():
-        raise SpecError(f"--out: was {str(out)!r}, must be a folder, or end in {' or '.join(table.KINDS)}")
-    store = out if out.suffix in table.KINDS else out / f"{study_file.stem}.csv"
+    if out.suffix[1:].isalpha() and out.suffix not in TABLES and not out.is_dir():
+        raise SpecError(f"--out: was {str(out)!r}, must be a folder, or end in {' or '.join(TABLES)}")
+    store = out if out.suffix in TABLES else out / f"{study_file.stem}.csv"
     try:
         with output.bar("study") as progress:
             found = study(asked, store=store, workers=workers, progress=progress)
     except KeyboardInterrupt as stopped:
         aside(f"peakmin: stopped, {stopped}")
         sys.exit(STOPPED)
-    answer(found.to_json(indent=2) if as_json else f"{words.rows(found)}\nwrote {store}")
+    answer(found.to_json(indent=2) if as_json else f"{words.study_table(found)}\nwrote {store}")
     raise typer.Exit(0 if found.answered else EXIT["unknown"])
 
 
@@ -205,22 +208,17 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
     with named(plan):
         text = read_file(plan)
         of_kind(load(text), "plan")
-        found = api.verify(text)
-    import numpy as np
-
-    from .plan.plan import Plan
-    from .view import arm_words as terminal
-
+        found = verify(text)
     stated = found.plan
     if as_json:
         numbers = {"peak": stated.peak, "lower_bound": found.lower_bound, "gap": stated.gap, "scope": stated.scope}
-        answer(json.dumps({"verified": found.passed, **numbers, "problems": list(found.problems)}, indent=2))
+        answer(_json({"verified": found.passed, **numbers, "problems": list(found.problems)}))
     else:
         for problem in found.problems:
             answer(f"  {words.one_line(problem)}")
         answer("verified" if found.passed else "NOT so; what is stated:")
         with np.errstate(all="ignore"):
-            answer(words.facts(stated) if isinstance(stated, Plan) else terminal.facts(stated))
+            answer(words.facts(stated))
     raise typer.Exit(0 if found.passed else EXIT["unknown"])
 
 
@@ -228,14 +226,12 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
 @only_answers()
 def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
     """Table 1 and the figures of the paper, computed anew; exit status 1 if a printed digit differs."""
-    from . import paper
-
     with output.bar("paper") as progress:
         result = paper.compute(progress)
     output.headless()
     made = paper.figures(result, out) if out else []
     if as_json:
-        answer(json.dumps(result.document(), indent=2, allow_nan=False))
+        answer(_json(result.document()))
     else:
         answer(paper.text(result), end="")
         for file in made:
@@ -246,37 +242,30 @@ def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
 @app.command("schema")
 @only_answers()
 def schema_command(
-    arm: Annotated[bool, typer.Option("--arm", help="Of a spec file with an arm.")] = False,
-    study: Annotated[bool, typer.Option("--study", help="Of a study file.")] = False,
+    of_arm: Annotated[bool, typer.Option("--arm", help="Of a spec file with an arm.")] = False,
+    of_study: Annotated[bool, typer.Option("--study", help="Of a study file.")] = False,
 ) -> None:
     """The JSON Schema of a spec file."""
-    if study:
-        from .spec.study import StudySpec
-
-        answer(json.dumps(StudySpec.model_json_schema(), indent=2))
-    elif arm:
-        from .spec.spec import ArmSpec
-
-        answer(json.dumps(ArmSpec.model_json_schema(), indent=2))
-    else:
-        answer(json.dumps(schema(), indent=2))
+    answer(_json(StudySpec.model_json_schema() if of_study else ArmSpec.model_json_schema() if of_arm else schema()))
 
 
-def _solved(asked: Spec | ArmSpec, name: str) -> Plan | ArmPlan:
+def _solved(asked: AnySpec, name: str) -> Plan:
     """The plan of a spec, with a bar of this name while it is made."""
     with output.bar(name) as progress:
-        return api.solve(asked.task, asked.settings, progress=progress)
+        return solve(asked.task, asked.settings, progress=progress)
 
 
-def _described(plan: Plan | ArmPlan) -> str:
-    """The answer in words."""
-    from .plan.plan import Plan
+def _json(data: object) -> str:
+    """One JSON document, with null for numbers that are none."""
 
-    if isinstance(plan, Plan):
-        return words.describe(plan)
-    from .view import arm_words as terminal
+    def plain(part: object) -> object:
+        if isinstance(part, dict):
+            return {name: plain(value) for name, value in part.items()}
+        if isinstance(part, list | tuple):
+            return [plain(value) for value in part]
+        return None if isinstance(part, float) and not math.isfinite(part) else part
 
-    return terminal.describe(plan)
+    return json.dumps(plain(data), indent=2, allow_nan=False)
 
 
 def _say_where(as_json: bool, *places: Path | None) -> None:

@@ -7,28 +7,27 @@ when the bracket is at most 0.01 wide; the M reported is its upper end.
 
 from __future__ import annotations
 
-import io
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from . import files
+from .api import solve
 from .plan.plan import Plan
 from .search.sweep import Sweep, sweep
+from .spec.arm import Arm, ArmManeuver, Link, Pose
 from .spec.control_set import Disc, Polygon
 from .spec.maneuver import Maneuver, State
 from .spec.obstacles import Block, Wall
 from .spec.settings import Bisection, Settings, SweepSearch, Uniform
-from .types import Array, Progress
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from .spec.arm import ArmManeuver
+from .types import Array, Axes, Progress
+from .view import curves, paths, sketches
+from .view.style import png, sheet
 
 STEP = 1 / 200  # [s] between the paper's nodes
 HOLDS = 199
@@ -61,8 +60,6 @@ BOX = 7.05  # [m] its left side: the goal is 1 cm before it
 
 def two_link_task() -> ArmManeuver:
     """The two-link manipulator in its workspace (figure 4): from below the table to the box that stands on it."""
-    from .spec.arm import Arm, ArmManeuver, Link, Pose
-
     edge, top = TABLE
     box = [(BOX, top), (BOX + 0.85, top), (BOX + 0.85, 0.53), (BOX, 0.53)]
     table = [(edge, top), (8.4, top), (8.4, top - 0.294), (edge, top - 0.294)]
@@ -199,53 +196,43 @@ def text(paper: Paper) -> str:
 
 def figures(paper: Paper, folder: str | Path) -> list[Path]:
     """Pictures like the paper's figures 1 to 11 as PNG; the files written."""
-    import matplotlib.pyplot as plt
-
-    from .api import solve
-    from .view import plots
-
-    made: list[Path] = []
-    task = two_link_task()
-    arm = solve(task)
-
-    def save(name: str, draw: Callable[..., Any], rows: int, columns: int, size: tuple[float, float]) -> None:
-        with plt.rc_context(plots.STYLE):
-            figure, axes = plt.subplots(rows, columns, figsize=size, squeeze=False)
-            draw(*axes.ravel())
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", metadata={"Software": None})
-        plt.close(figure)
+    made = []
+    for name, size, columns, painters in _panels(paper):
         made.append(Path(folder) / f"figure_{name}.png")
-        files.write(made[-1], buffer.getvalue())
-
-    def control(*panels: Axes) -> None:
-        for k, ax in enumerate(panels):
-            segments = (1, 3, 5)[k // 2]
-            plots.control(paper.least[segments - 1], k % 2, ax=ax, label=f"n = {segments}")
-            plots.control(paper.disc, k % 2, ax=ax, label="disc", dashes="--")
-            ax.legend(loc=("upper right", "upper center")[k % 2])
-
-    def over_n(peak: Axes, time: Axes, difference: Axes) -> None:
-        n = [row.segments for row in paper.rows]
-        plots.over_segments(n, [row.peak for row in paper.rows], "least M [m/s²]", peak, paper.disc.peak)
-        plots.over_segments(n, [row.obstacle_time for row in paper.rows], "$T_{obs}$ [s]", time)
-        time.set_ylim(0, GENERAL.duration)
-        plots.control_differences(n[1:], paper.differences, difference)
-
-    def two_link(x: Axes, y: Axes, way: Axes) -> None:
-        for axis, ax in enumerate((x, y)):
-            plots.control(paper.two_link.best, axis, ax=ax)
-        plots.path(paper.two_link.best, ax=way)
-
-    save("01_problem", lambda ax: plots.problem(GENERAL, ax), 1, 1, (6, 4.5))
-    save("02_flowchart", plots.flowchart, 1, 1, (6.5, 6.5))
-    save("03_circle", lambda ax: plots.circle_approximation(Polygon(segments=5), ax), 1, 1, (4.5, 4.5))
-    save("04_two_link_task", lambda ax: plots.task(task, ax), 1, 1, (7, 6))
-    save("05_control", control, 3, 2, (9, 7.5))
-    save("06_over_n", over_n, 1, 3, (13, 3.8))
-    save("07_two_link_peak", lambda ax: plots.peak_over_time(paper.two_link, ax), 1, 1, (6, 4))
-    save("08_two_link_control", two_link, 1, 3, (13, 4))
-    save("09_two_link_poses", lambda ax: plots.poses(arm, ax), 1, 1, (7, 6))
-    save("10_two_link_angles", lambda ax: plots.joint_angles(arm, ax), 1, 1, (7, 4.5))
-    save("11_circle_error", lambda ax: plots.circle_error(ax=ax), 1, 1, (6, 4))
+        files.write(made[-1], png(sheet(*painters, size=size, columns=columns)))
     return made
+
+
+def _panels(paper: Paper) -> Iterator[tuple[str, tuple[float, float], int, list[Callable[[Axes], object]]]]:
+    """Of each figure its name, its size [inches], how many columns it has, and what draws its panels."""
+    task, n = two_link_task(), [row.segments for row in paper.rows]
+    arm, best = solve(task), paper.two_link.best
+    peaks, times = [row.peak for row in paper.rows], [row.obstacle_time for row in paper.rows]
+    yield "01_problem", (6, 4.5), 1, [partial(sketches.problem, GENERAL)]
+    yield "02_flowchart", (6.5, 6.5), 1, [sketches.flowchart]
+    yield "03_circle", (4.5, 4.5), 1, [partial(sketches.circle_approximation, Polygon(segments=5))]
+    yield "04_two_link_task", (7, 6), 1, [partial(sketches.task, task)]
+    yield "05_control", (9, 7.5), 2, [partial(_control, paper, k, axis) for k in (1, 3, 5) for axis in (0, 1)]
+    yield (
+        "06_over_n",
+        (13, 3.8),
+        3,
+        [
+            partial(curves.over_segments, n, peaks, "least M [m/s²]", limit=paper.disc.peak),
+            lambda ax: curves.over_segments(n, times, "$T_{obs}$ [s]", ax).set_ylim(0, GENERAL.duration),
+            partial(curves.control_differences, n[1:], paper.differences),
+        ],
+    )
+    yield "07_two_link_peak", (6, 4), 1, [partial(curves.peak_over_time, paper.two_link)]
+    two_link = [partial(curves.control, best, axis) for axis in (0, 1)]
+    yield "08_two_link_control", (13, 4), 3, [*two_link, partial(paths.path, best)]
+    yield "09_two_link_poses", (7, 6), 1, [partial(paths.poses, arm)]
+    yield "10_two_link_angles", (7, 4.5), 1, [partial(curves.joint_angles, arm)]
+    yield "11_circle_error", (6, 4), 1, [partial(sketches.circle_error, range(1, 11))]
+
+
+def _control(paper: Paper, segments: int, axis: int, ax: Axes) -> None:
+    """One component of the controls for n segments and for the disc."""
+    curves.control(paper.least[segments - 1], axis, ax=ax, label=f"n = {segments}")
+    curves.control(paper.disc, axis, ax=ax, label="disc", dashes="--")
+    ax.legend(loc=("upper right", "upper center")[axis])

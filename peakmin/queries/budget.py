@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..byname import found
 from ..plan.plan import Plan
 from ..programs.least_peak import LeastPeak
 from ..search.solve import solve
 from ..spec.control_set import Disc
 from ..spec.maneuver import Maneuver, walls_only
 from ..spec.settings import Bisection, Direct, Exact, GlobalSearch, Settings
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from ..types import Axes
 
 
 @dataclass(frozen=True)
@@ -57,10 +55,8 @@ class ErrorBudget:
         return "\n".join(lines)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The parts as a stacked bar; see `peakmin.view.plots.budget`."""
-        from ..view.plots import budget
-
-        return budget(self, ax=ax)
+        """The parts as a stacked bar."""
+        return found("peakmin.view.curves:error_parts")(self, ax=ax)
 
 
 def error_budget(

@@ -43,7 +43,6 @@ class Disc(Model):
         return np.hypot(p[..., 0], p[..., 1])
 
 
-
 class Polygon(Model):
     """The regular 4n-gon with a vertex on each axis, n `segments` in each quadrant (the paper's figure 3).
 
@@ -129,7 +128,6 @@ class Polygon(Model):
         away = (turns - np.round(turns)) * step
         along: Array = np.hypot(u[..., 0], u[..., 1]) * np.cos(away)
         return along
-
 
 
 Circle = Annotated[Disc | Polygon, Field(discriminator="kind")]

@@ -3,72 +3,51 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import Progress as Bar
 
 from .. import files
+from ..plan.plan import Plan
+from ..types import Axes, Progress
+from . import pyplot as plt
+from .kinds import kind_of
+from .pictures import animate, figures
+from .report import page
+from .style import png, sheet
 
-if TYPE_CHECKING:
-    from ..plan.arm_plan import ArmPlan
-    from ..plan.plan import Plan
-    from ..queries.budget import ErrorBudget
-    from ..search.sweep import Sweep
-    from ..types import Progress
 
-
-def write_plan(plan: Plan | ArmPlan, out: Path, gif: bool | None = False) -> None:
+def write_plan(plan: Plan, out: Path, film: bool | None = None) -> None:
     """plan.json, plan.csv, the figures; an animation if asked for, an arm's unless told otherwise."""
-    from ..plan.plan import Plan
-
-    if not isinstance(plan, Plan):
-        from ..view import arm_words as terminal
-
-        headless()
-        return terminal.write(plan, out, gif is not False)
+    kind = kind_of(plan)
     files.write(out / "plan.json", plan.to_json(indent=2) + "\n")
+    headless()
+    for name, figure in figures(plan).items():
+        files.write(out / f"{name}.png", png(figure))
     if plan.trajectory is not None:
         files.write(out / "plan.csv", plan.to_csv())
-        save(out / "plan.png", plan)
-        if gif:
-            from .plots import animate
-
-            files.write(out / "plan.gif", animate(plan))
+        if kind.filmed if film is None else film:
+            files.write(out / kind.film, animate(plan))
 
 
-def write_report(plan: Plan | ArmPlan, path: Path, title: str) -> None:
+def write_report(plan: Plan, path: Path, title: str) -> None:
+    """One HTML page."""
     headless()
-    from .report import report
-
-    files.write(path, report(plan, title))
+    files.write(path, page(plan, title))
 
 
-def save(path: Path, thing: Plan | Sweep | ErrorBudget) -> None:
-    import io
-
+def write_figure(draw: Callable[[Axes], object], path: Path, size: tuple[float, float] = (6.4, 4.8)) -> None:
+    """What a painter draws, in inches of this size."""
     headless()
-    import matplotlib.pyplot as plt
-
-    from ..plan.plan import Plan
-    from ..view import plots
-
-    if isinstance(thing, Plan):
-        figure = plots.overview(thing)
-    else:
-        with plt.rc_context(plots.STYLE):
-            figure = plt.figure()
-            thing.plot(ax=figure.add_subplot())
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None})
-    plt.close(figure)
-    files.write(path, buffer.getvalue())
+    files.write(path, png(sheet(draw, size=size)))
 
 
 def headless() -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
+    """Draw without a screen: pictures go into files."""
+    plt.switch_backend("Agg")
 
 
 @contextmanager
@@ -77,9 +56,6 @@ def bar(name: str) -> Iterator[Progress | None]:
     if sys.stderr is None or not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
-    from rich.progress import Progress as Bar
-
-    with Bar(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+    with Bar(console=Console(stderr=True), transient=True) as shown:
+        task = shown.add_task(name, total=None)
+        yield lambda done, total: shown.update(task, completed=done, total=total)

@@ -21,8 +21,8 @@ from peakmin.robots.workspace import BLOCKED, FREE, Sheets
 from peakmin.scenes.passages import Turned, passages
 from peakmin.search.course import Course
 from peakmin.spec.arm import postures
-from peakmin.view import arm_words as terminal
-from peakmin.view.words import advice
+from peakmin.view import pictures, words
+from peakmin.view.advice import advice
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 ROD = {"length": 1.0, "mass": 1.0}
@@ -377,21 +377,17 @@ def test_a_file_gives_the_plan_back(two_link):
 
 
 def test_figures_and_animation(two_link):
-    from peakmin.view.arm_plots import animate, figures
-
-    drawn = figures(two_link)
+    drawn = pictures.figures(two_link)
     assert set(drawn) == {"plan", "poses", "joint_angles", "path", "base_force", "peak_over_time"}
     for figure in drawn.values():
         assert all(ax.get_xlabel() and ax.get_ylabel() for ax in figure.axes)
-    assert animate(two_link, frames=3)[:6] == b"GIF89a"
+    assert pictures.animate(two_link, frames=3)[:6] == b"GIF89a"
 
 
 def test_the_terminal_solves_verifies_simulates(tmp_path, capsys, monkeypatch):
     from peakmin import cli
-    from peakmin.view import arm_plots as plots
 
-    monkeypatch.setattr(plots, "FRAMES", 2)
-    monkeypatch.setattr(plots.animate, "__defaults__", (2,))
+    monkeypatch.setattr(pictures.animate, "__defaults__", (2,))
 
     def run(*arguments):
         with pytest.raises(SystemExit) as stopped:
@@ -558,7 +554,7 @@ def test_an_explanation_of_an_arm_that_has_no_time_says_so():
 
 def test_angles_that_look_like_degrees_are_pointed_out():
     plan = pm.solve(small(start=pm.Pose(joints=(90, -45)), goal=pm.Pose(joints=(1, -0.5)), obstacles=()))
-    said = terminal.facts(plan)
+    said = words.facts(plan)
     assert "start.joints[0] is 90 rad, 14.3 turns" in said
     assert "start.joints[1] is -45 rad, 7.16 turns" in said
     assert "goal.joints" not in said
@@ -566,7 +562,7 @@ def test_angles_that_look_like_degrees_are_pointed_out():
 
 def test_limits_that_look_like_degrees_are_pointed_out():
     links = [pm.Link(**ROD, limits=(-150, 150)), pm.Link(**ROD)]
-    said = terminal.facts(pm.solve(small(arm=pm.Arm(links=links))))
+    said = words.facts(pm.solve(small(arm=pm.Arm(links=links))))
     assert "arm.links[0].limits is 150 rad, 23.9 turns" in said
 
 

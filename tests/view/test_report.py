@@ -10,7 +10,7 @@ import pytest
 
 import peakmin as pm
 from peakmin.cli import main
-from peakmin.view.report import report
+from peakmin.view.report import page
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 MANEUVER = pm.Maneuver(
@@ -21,49 +21,49 @@ MANEUVER = pm.Maneuver(
 )
 
 
-def text_of(page, key):
-    return html.unescape(re.search(rf'id="{key}"[^>]*>(.*?)<', page, re.S)[1])
+def text_of(text, key):
+    return html.unescape(re.search(rf'id="{key}"[^>]*>(.*?)<', text, re.S)[1])
 
 
 def test_the_page_says_what_the_plan_says():
     plan = pm.solve(MANEUVER)
-    page = report(plan, title="<a wall> & more")
-    assert text_of(page, "status") == "solved"
-    assert float(text_of(page, "peak")) == pytest.approx(plan.peak, rel=1e-8)
-    assert float(text_of(page, "lower_bound")) == pytest.approx(plan.lower_bound, rel=1e-8)
-    assert pm.Spec(**json.loads(text_of(page, "spec"))).maneuver == MANEUVER
-    assert "verified" in page
-    assert "<a wall>" not in page
-    assert page.count("<img") == 1
-    assert not re.search(r'(src|href)="(?!data:)|url\(|@import|<script', page)
+    shown = page(plan, title="<a wall> & more")
+    assert text_of(shown, "status") == "solved"
+    assert float(text_of(shown, "peak")) == pytest.approx(plan.peak, rel=1e-8)
+    assert float(text_of(shown, "lower_bound")) == pytest.approx(plan.lower_bound, rel=1e-8)
+    assert pm.Spec(**json.loads(text_of(shown, "spec"))).maneuver == MANEUVER
+    assert "verified" in shown
+    assert "<a wall>" not in shown
+    assert shown.count("<img") == 1
+    assert not re.search(r'(src|href)="(?!data:)|url\(|@import|<script', shown)
 
 
 def test_the_page_says_why_not():
     plan = pm.solve(MANEUVER.model_copy(update={"max_peak": 5.0}))
-    page = report(plan)
-    assert text_of(page, "status") == "infeasible"
-    assert "raise max_peak to" in text_of(page, "explanation")
+    shown = page(plan)
+    assert text_of(shown, "status") == "infeasible"
+    assert "raise max_peak to" in text_of(shown, "explanation")
 
 
 def test_the_page_says_what_is_wrong():
     plan = pm.solve(MANEUVER)
     object.__setattr__(plan, "lower_bound", 2 * plan.lower_bound)
-    assert "not as stated: lower_bound" in html.unescape(report(plan))
+    assert "not as stated: lower_bound" in html.unescape(page(plan))
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine: the page is not opened in a browser")
 def test_a_browser_shows_the_page(tmp_path):
-    spec, page, shot = tmp_path / "spec.json", tmp_path / "report.html", tmp_path / "report.png"
+    spec, file, shot = tmp_path / "spec.json", tmp_path / "report.html", tmp_path / "report.png"
     spec.write_text(pm.Spec(maneuver=MANEUVER).to_json())
     with pytest.raises(SystemExit) as left:
-        main(["solve", str(spec), "--report", str(page)])
+        main(["solve", str(spec), "--report", str(file)])
     assert left.value.code == 0
     offline = ["--headless=new", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND"]
     run = [CHROMIUM, *offline, f"--user-data-dir={tmp_path / 'profile'}"]
-    shown = subprocess.run([*run, "--dump-dom", page.as_uri()], capture_output=True, text=True, timeout=120, check=True)
+    shown = subprocess.run([*run, "--dump-dom", file.as_uri()], capture_output=True, text=True, timeout=120, check=True)
     assert float(text_of(shown.stdout, "peak")) == pytest.approx(pm.solve(MANEUVER).peak, rel=1e-8)
     size = "--window-size=1000,1800"
-    subprocess.run([*run, size, f"--screenshot={shot}", page.as_uri()], capture_output=True, timeout=120, check=True)
+    subprocess.run([*run, size, f"--screenshot={shot}", file.as_uri()], capture_output=True, timeout=120, check=True)
     from matplotlib.image import imread
 
     pixels = imread(shot)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import html
-import io
 import json
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -63,11 +61,7 @@ class Study:
 
     def to_csv(self) -> str:
         """Text: a head and the rows; lists and objects as JSON, nothing where a value is not known."""
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows([_cell(value) for value in row.values()] for row in self.rows)
-        return out.getvalue()
+        return files.csv_text(self.columns, ([_cell(value) for value in row.values()] for row in self.rows))
 
     def to_parquet(self) -> bytes:
         """The table in Parquet's format, obstacle times as lists; needs pyarrow."""

@@ -6,15 +6,14 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from matplotlib.patches import PathPatch
 from matplotlib.quiver import Quiver
 from PIL import Image
 
 import peakmin as pm
 from peakmin import paper
 from peakmin.errors import SpecError
-from peakmin.queries import peak_map as maps
-from peakmin.view import plots
+from peakmin.view import curves, maps, paths, pictures, sketches
+from peakmin.view.style import WALL
 from tests.conftest import least, wall_maneuver
 
 
@@ -24,7 +23,7 @@ def plan(request):
     plt.close("all")
 
 
-@pytest.mark.parametrize("draw", [plots.path, plots.control, plots.control_size])
+@pytest.mark.parametrize("draw", [paths.path, curves.control, curves.control_size])
 def test_plans(plan, draw):
     ax = plt.figure().add_subplot()
     assert draw(plan, ax=ax) is ax
@@ -34,14 +33,14 @@ def test_plans(plan, draw):
 
 def test_a_continuous_control_is_drawn_as_a_curve_that_reaches_the_peak():
     plan = pm.solve(wall_maneuver(), pm.Settings(method=pm.Exact(), search={"kind": "global", "gap": 1e-3}))
-    line = plots.control(plan, axis=1).get_lines()[0]
+    line = curves.control(plan, axis=1).get_lines()[0]
     assert len(line.get_xdata()) > 500
     assert np.max(np.abs(line.get_ydata())) == pytest.approx(plan.peak, rel=1e-3)
     plt.close("all")
 
 
 def test_overview_and_budget(plan):
-    assert len(plots.overview(plan).axes) == 2
+    assert len(pictures.overview(plan).axes) == 2
     errors = pm.error_budget(plan.maneuver, plan.settings, plan=plan)
     ax = errors.plot()
     assert len(ax.patches) == 5
@@ -75,7 +74,7 @@ def labels(ax):
 
 
 def test_a_scene_shows_blocks_margins_region_lines_and_arrows(scene):
-    ax = plots.path(scene)
+    ax = paths.path(scene)
     assert len([patch for patch in ax.patches if patch.get_fill()]) == 2 + 1  # blocks and the region's outline
     expected = {"block", "margin", "region", "line", "path of the centre of mass", "acceleration", "crossing"}
     assert labels(ax) == {*expected, "start", "goal"}
@@ -88,7 +87,7 @@ def test_a_scene_shows_blocks_margins_region_lines_and_arrows(scene):
 
 
 def test_the_view_holds_the_path_and_cuts_what_is_far_away(scene):
-    ax = plots.path(scene, arrows=0)
+    ax = paths.path(scene, arrows=0)
     assert not [item for item in ax.collections if isinstance(item, Quiver)]
     assert "acceleration" not in labels(ax)
     x, y = scene.position(np.linspace(0, scene.maneuver.duration, 333)).T
@@ -100,7 +99,7 @@ def test_the_view_holds_the_path_and_cuts_what_is_far_away(scene):
 
 
 def test_the_legend_is_below_the_axes(scene):
-    for ax in (plots.path(scene), plots.control_size(scene)):
+    for ax in (paths.path(scene), curves.control_size(scene)):
         ax.figure.canvas.draw()
         legend = ax.get_legend().get_window_extent()
         assert legend.y1 < ax.xaxis.label.get_window_extent().y0
@@ -109,8 +108,8 @@ def test_the_legend_is_below_the_axes(scene):
 
 def test_a_users_wall_is_drawn_with_both_sides_of_its_opening():
     maneuver = wall_maneuver(obstacles=(pm.Wall(tip=(0.5, 0.5), opening=0.2),))
-    ax = plots.path(pm.solve(maneuver, pm.Settings(search={"kind": "global", "gap": 1e-2})))
-    thick = [line for line in ax.lines if line.get_linewidth() == plots.WALL["linewidth"]]
+    ax = paths.path(pm.solve(maneuver, pm.Settings(search={"kind": "global", "gap": 1e-2})))
+    thick = [line for line in ax.lines if line.get_linewidth() == WALL["linewidth"]]
     assert [tuple(line.get_xydata()[0]) for line in thick] == [(0.5, 0.5), (0.5, 0.7)]
     assert {"wall", "acceleration"} <= labels(ax)
     assert not {"line", "block", "margin", "region"} & labels(ax)
@@ -120,7 +119,7 @@ def test_a_users_wall_is_drawn_with_both_sides_of_its_opening():
 def test_a_users_wall_before_a_block_is_not_drawn_as_a_line_too():
     maneuver = wall_maneuver(obstacles=(pm.Wall(tip=(0.25, 0.3)), box(0.6, 0.8, -0.1, 0.9)))
     plan = pm.solve(maneuver, pm.Settings(search={"kind": "global", "gap": 0.05}))
-    dotted = [line for line in plots.path(plan).lines if line.get_linestyle() == ":"]
+    dotted = [line for line in paths.path(plan).lines if line.get_linestyle() == ":"]
     assert len(dotted) == len(plan.walls) - 1
     assert all(line.get_xdata()[0] > 0.5 for line in dotted)
     plt.close("all")
@@ -130,7 +129,7 @@ def test_a_plan_without_a_control_shows_its_obstacles():
     maneuver = wall_maneuver(max_peak=1.0)
     plan = pm.solve(maneuver, pm.Settings(search={"kind": "global", "gap": 1e-2}))
     plan = replace(plan, trajectory=None)
-    assert labels(plots.path(plan)) == {"wall", "start", "goal"}
+    assert labels(paths.path(plan)) == {"wall", "start", "goal"}
     plt.close("all")
 
 
@@ -171,19 +170,19 @@ def test_a_map_of_the_peak_is_for_two_walls(changes, count, message):
 
 
 @pytest.mark.parametrize(
-    "draw", [plots.problem, plots.task, plots.flowchart, plots.circle_approximation, plots.circle_error]
+    "draw", [sketches.problem, sketches.task, sketches.flowchart, sketches.circle_approximation, sketches.circle_error]
 )
 def test_what_is_asked_is_drawn_without_an_answer(draw):
     ax = plt.figure().add_subplot()
     asked = {
-        plots.problem: [paper.GENERAL],
-        plots.task: [paper.two_link_task()],
-        plots.circle_approximation: [pm.Polygon(segments=3)],
+        sketches.problem: [paper.GENERAL],
+        sketches.task: [paper.two_link_task()],
+        sketches.circle_approximation: [pm.Polygon(segments=3)],
     }
     assert draw(*asked.get(draw, []), ax=ax) is ax
-    if draw is plots.flowchart:
+    if draw is sketches.flowchart:
         return
-    units = {plots.circle_approximation: ("u_x/M", "u_y/M"), plots.circle_error: ("quadrant", "[%]")}
+    units = {sketches.circle_approximation: ("u_x/M", "u_y/M"), sketches.circle_error: ("quadrant", "[%]")}
     for word, label in zip(units.get(draw, ("[m]", "[m]")), (ax.get_xlabel(), ax.get_ylabel()), strict=True):
         assert word in label
     plt.close("all")
@@ -191,15 +190,15 @@ def test_what_is_asked_is_drawn_without_an_answer(draw):
 
 def test_a_moving_start_shows_its_velocity():
     maneuver = wall_maneuver(start=pm.State(position=(0, 0), velocity=(0, 1)))
-    ax = plots.problem(maneuver)
+    ax = sketches.problem(maneuver)
     assert "velocity" in labels(ax)
-    assert "velocity" not in labels(plots.problem(wall_maneuver()))
+    assert "velocity" not in labels(sketches.problem(wall_maneuver()))
     assert [text.get_text() for text in ax.texts] == ["t = 0", "t = 1 s", "$T_{obs}$ at (0.5, 0.5) m"]
     plt.close("all")
 
 
 def test_size_peak_and_bound_can_be_told_apart_where_they_are_equal(plan):
-    ax = plots.control_size(plan)
+    ax = curves.control_size(plan)
     drawn = {handle.get_label().split()[0]: handle for handle in ax.get_legend_handles_labels()[0]}
     band, bound, size = drawn["peak"], drawn["lower"], drawn["|u(t)|"]
     assert band.get_ydata()[0] == plan.peak
@@ -219,15 +218,16 @@ def arm_plan():
 
 def test_links_are_as_wide_as_they_are_and_margins_are_drawn():
     plan = arm_plan()
-    ax = plots.poses(plan, count=3)
-    links = [patch for patch in ax.patches if isinstance(patch, PathPatch)]
+    ax = paths.poses(plan, count=3)
+    (aside,) = [patch for patch in ax.patches if patch.get_label() == "obstacle"]
+    links = [patch for patch in ax.patches if patch is not aside]
     assert len(links) == 2 * 3
     corners = links[0].get_path().vertices
     length = max(np.hypot(*(a - b)) for a in corners for b in corners)
     assert length == pytest.approx(4.0 + 2 * 0.1)
     assert {"margin", "obstacle", "start", "goal", "base"} <= labels(ax)
-    assert len(plots.task(plan.maneuver).patches) == 1 + 2 * 2
-    force = plots.base_force(plan)
+    assert len(sketches.task(plan.maneuver).patches) == 1 + 2 * 2
+    force = curves.base_force(plan)
     assert any("lower bound" in label for label in labels(force))
     plt.close("all")
 
@@ -235,7 +235,7 @@ def test_links_are_as_wide_as_they_are_and_margins_are_drawn():
 @pytest.mark.parametrize("kind", ["point", "arm"])
 def test_an_animation_has_a_frame_for_each_instant_and_things_move_in_it(kind):
     plan = arm_plan() if kind == "arm" else pm.solve(wall_maneuver())
-    film = plots.animate(plan, frames=5)
+    film = pictures.animate(plan, frames=5)
     picture = Image.open(io.BytesIO(film))
     shots = []
     for k in range(picture.n_frames):
@@ -243,7 +243,7 @@ def test_an_animation_has_a_frame_for_each_instant_and_things_move_in_it(kind):
         shots.append(np.asarray(picture.convert("RGB")))
     assert len(shots) == 5
     assert all(np.any(a != b) for a, b in zip(shots, shots[1:], strict=False))
-    assert film == plots.animate(plan, frames=5)
+    assert film == pictures.animate(plan, frames=5)
     assert not plt.get_fignums()
     with pytest.raises(ValueError, match="no trajectory"):
-        plots.animate(replace(plan, **{"joints" if kind == "arm" else "trajectory": None}))
+        pictures.animate(replace(plan, **{"joints" if kind == "arm" else "trajectory": None}))

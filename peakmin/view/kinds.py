@@ -1,0 +1,84 @@
+"""What is said and drawn of one kind of plan only, in one table: all else in view is the same for every kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from ..plan.arm_plan import ArmPlan
+from ..plan.plan import Plan
+from . import sentences
+from .animation import Scene, arm_scene, point_scene
+from .curves import base_force, control_size, joint_angles, peak_over_contact
+from .paths import arm_path, path, poses
+
+if TYPE_CHECKING:
+    from .pyplot import Axes
+
+P = TypeVar("P", Plan, ArmPlan)
+
+
+@dataclass(frozen=True)
+class Kind(Generic[P]):
+    """Functions of a plan of this kind.
+
+    bounded: of what its lower bound is one;  made: how it was made;  facts: lines under its answer;
+    tries: other questions that may help;  finer: settings that may.
+    place: the picture that needs no motion;  panels: those beside it in the overview;  alone: those by themselves, by
+    the names of their files, with their sizes;  scene: what moves in its animation.
+    film: the animation's file;  filmed: whether the terminal makes it unless told otherwise.
+    """
+
+    bounded: Callable[[P], str]
+    made: Callable[[P], str]
+    facts: Callable[[P], list[str]]
+    tries: Callable[[P], list[str]]
+    finer: Callable[[P], list[str]]
+    place: Callable[[P, Axes], Axes]
+    panels: tuple[Callable[[P, Axes], Axes], ...]
+    alone: Callable[[P], dict[str, Callable[[P, Axes], Axes]]]
+    scene: Callable[[P, int, Axes, Axes], Scene]
+    film: str
+    filmed: bool
+
+
+def _alone(plan: ArmPlan) -> dict[str, Callable[[ArmPlan, Axes], Axes]]:
+    drawn = {"poses": poses, "joint_angles": joint_angles, "path": arm_path, "base_force": base_force}
+    one = len(plan.crossing.walls) == 1 and not plan.elbow_changes
+    return {**drawn, **({"peak_over_time": peak_over_contact} if one else {})}
+
+
+KINDS: dict[str, Kind[Any]] = {  # of plans that are of the key's kind
+    "point": Kind[Plan](
+        bounded=sentences.point_bounded,
+        made=sentences.point_made,
+        facts=sentences.point_facts,
+        tries=sentences.point_tries,
+        finer=sentences.finer,
+        place=path,
+        panels=(control_size,),
+        alone=lambda plan: {},
+        scene=point_scene,
+        film="plan.gif",
+        filmed=False,
+    ),
+    "arm": Kind[ArmPlan](
+        bounded=sentences.arm_bounded,
+        made=sentences.arm_made,
+        facts=sentences.arm_facts,
+        tries=sentences.arm_tries,
+        finer=sentences.arm_finer,
+        place=poses,
+        panels=(arm_path, joint_angles, control_size),
+        alone=_alone,
+        scene=arm_scene,
+        film="arm.gif",
+        filmed=True,
+    ),
+}
+
+
+def kind_of(plan: Plan) -> Kind[Any]:
+    """What is said and drawn of plans of this plan's kind."""
+    return KINDS[plan.kind]

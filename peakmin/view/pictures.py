@@ -1,0 +1,44 @@
+"""The figures and the animation of a plan of any kind."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from ..plan.plan import Plan
+from .animation import FRAMES, gif
+from .kinds import kind_of
+from .style import sheet
+
+if TYPE_CHECKING:
+    from .pyplot import Figure
+
+PANEL = (5.8, 4.7)  # inches
+ALONE = (7, 5.2)
+
+
+def overview(plan: Plan) -> Figure:
+    """A plan on one figure: its place, and beside it, where it has a motion, what is drawn of that."""
+    kind = kind_of(plan)
+    painters = [kind.place, *(kind.panels if plan.trajectory is not None else ())]
+    columns = min(len(painters), 2)
+    size = (PANEL[0] * columns, PANEL[1] * -(-len(painters) // columns))
+    return sheet(*(partial(draw, plan) for draw in painters), size=size, columns=columns)
+
+
+def figures(plan: Plan) -> dict[str, Figure]:
+    """The figures of a plan by name: all at once, and each by itself as the paper has them."""
+    alone = kind_of(plan).alone(plan) if plan.trajectory is not None else {}
+    each = {name: sheet(partial(draw, plan), size=ALONE) for name, draw in alone.items()}
+    return {"plan": overview(plan), **each}
+
+
+def animate(plan: Plan, frames: int = FRAMES) -> bytes:
+    """A plan in motion, as a GIF: the centre of mass with its control arrow, or the arm with its base force.
+
+    Raises:
+        ValueError: where the plan has no motion.
+    """
+    if plan.trajectory is None:
+        raise ValueError(f"this plan is {plan.status}: it has no trajectory")
+    return gif(partial(kind_of(plan).scene, plan, frames), frames)

@@ -1,0 +1,152 @@
+"""What is said of plans of one kind only: what they keep, what they do not, and what may help."""
+
+from __future__ import annotations
+
+import math
+
+from ..plan.arm_plan import ArmPlan
+from ..plan.plan import Plan
+from ..spec.arm import ArmManeuver
+from ..spec.control_set import Disc
+from ..spec.obstacles import Block
+from ..spec.settings import Exact
+
+TURNS = 2  # further round than that, an angle may have been meant in degrees
+KEPT = 1e-6  # of the reach that a path leaves [m], or more, is spoken
+
+
+def line(name: str, said: str) -> str:
+    """One line under an answer."""
+    return f"  {name:<14}  {said}"
+
+
+# a centre of mass
+
+
+def point_bounded(plan: Plan) -> str:
+    """Of what the lower bound is one."""
+    return f"any control, over {'every obstacle time' if plan.scope == 'all' else 'these obstacle times only'}"
+
+
+def point_made(plan: Plan) -> str:
+    """How the plan was made."""
+    made = plan.made
+    return (
+        f"{made.solver}, search {plan.settings.search.kind}, {made.solves} solves of "
+        f"{made.compilations} compiled programs, {made.nodes} boxes, {made.seconds:.2f} s"
+    )
+
+
+def point_facts(plan: Plan) -> list[str]:
+    """When lines are crossed, how near the path comes, and what it does not keep."""
+    lines = [line("obstacle times", ", ".join(f"{t:.6g} s" for t in plan.obstacle_times) or "none")]
+    if math.isfinite(plan.clearance):
+        lines.append(line("clearance", f"{plan.clearance:.6g} m at every instant{_near(plan, ', ', 'inside')}"))
+    if plan.status != "solved" and plan.trajectory is not None:
+        lines += [line("not kept", one) for one in not_kept(plan)]
+    return lines
+
+
+def not_kept(plan: Plan) -> list[str]:
+    """What the path that was found does not keep of what was asked, in words."""
+    shown = plan.scene.impossible()
+    said = [] if shown is None else [f"{', '.join(shown.fields)}: {shown.because}"]
+    excesses = () if plan.kept is None else plan.kept.excesses
+    return said + [one.words for one in excesses if shown is None or one.field != "max_speed"]
+
+
+def point_tries(plan: Plan) -> list[str]:
+    """Changes of what was asked that may help a path that does not keep it."""
+    if plan.kept is None:
+        return []
+    asked, kept, out = plan.maneuver, plan.kept, []
+    if any(one.field.startswith("obstacles") for one in kept.excesses) and len(asked.walls) > 1:
+        out.append("the walls in another order: they are passed as they are listed")
+    if kept.of("max_speed"):
+        out.append("a larger max_speed, or a longer duration")
+    if kept.of("region") and asked.blocks:
+        out.append("the other side of a block: side left or right")
+    return out
+
+
+# an arm
+
+
+def arm_bounded(plan: ArmPlan) -> str:
+    """Of what the lower bound is one."""
+    return "any motion of the arm"
+
+
+def arm_made(plan: ArmPlan) -> str:
+    """How the plan was made."""
+    return f"{plan.made.solver}, {plan.made.nodes} boxes of obstacle times bounded, {plan.made.seconds:.2f} s"
+
+
+def arm_facts(plan: ArmPlan) -> list[str]:
+    """What the arm touches, how its elbow bends, how near it comes, and what it does not keep."""
+    touched = zip(plan.contact_times, plan.contacts, strict=True)
+    lines = [line("contact", f"{t:.6g} s: {contact}") for t, contact in touched]
+    joints, clear = plan.joints, plan.clear
+    if joints is not None and joints.chain.links == 2:
+        word = {-1.0: "up", 1.0: "down"}[joints.elbow]
+        turned = "".join(f", turns over at {t:.6g} s" for t in plan.elbow_changes)
+        lines.append(line("elbow", f"{word} at the start{turned}"))
+    if math.isfinite(plan.clearance):
+        near = _near(plan, ": ", "a link is inside")
+        lines.append(line("clearance", f"{plan.clearance:.6g} m of every link at every instant{near}"))
+    if clear is not None and clear.within < -KEPT:
+        lines.append(line("reach", f"the path leaves it by {-clear.within:.6g} m"))
+    if clear is not None and not clear.steady:
+        lines.append(line("joints", "jump where the folded arm passes its base"))
+    lines += [line("not kept", one) for one in plan.exceeded]
+    if plan.status == "unknown" and joints is not None and joints.chain.links > 2:
+        lines.append(line("way", "three and more links follow the straight way only; obstacles do not bend it"))
+    if math.isinf(plan.lower_bound):
+        lines.append(line("closed", "obstacles and reach leave no way from start to goal (proved)"))
+    elif joints is None:
+        lines.append("  no free motion was found; the bound holds all the same")
+    return [*lines, *_far_round(plan.maneuver)]
+
+
+def _far_round(task: ArmManeuver) -> list[str]:
+    """Joint angles that look like degrees, a line each."""
+    poses = (("start", task.start), ("goal", task.goal))
+    angles = [(f"{name}.joints[{i}]", q) for name, pose in poses for i, q in enumerate(pose.joints or ())]
+    angles += [(f"arm.links[{i}].limits", q) for i, link in enumerate(task.arm.links) for q in link.limits or ()]
+    far = [(field, q) for field, q in angles if abs(q) > TURNS * math.tau]
+    return [line("radians", f"{field} is {q:g} rad, {abs(q) / math.tau:.3g} turns") for field, q in far]
+
+
+def arm_tries(plan: ArmPlan) -> list[str]:
+    """Changes of what was asked that may help a motion that does not keep it."""
+    tries = {
+        "limits": "wider limits, the other elbow, or other poses",
+        "max_speed": "a larger max_speed, or a longer duration",
+    }
+    return [text for name, text in tries.items() if any(f".{name}:" in one for one in plan.exceeded)]
+
+
+def arm_finer(plan: ArmPlan) -> list[str]:
+    """What a motion that is better by a little may need: it does not help one that but for limits is as asked."""
+    return [] if plan.exceeded and plan.free else finer(plan)
+
+
+# all
+
+
+def finer(plan: Plan) -> list[str]:
+    """What a path that is better by a little may need."""
+    settings = plan.settings
+    out = [f"more steps: {2 * settings.grid.steps} in place of {settings.grid.steps}"]
+    if isinstance(settings.circle, Disc) and not isinstance(settings.method, Exact):
+        out.append("method exact, in continuous time")
+    if any(isinstance(one, Block) for one in plan.maneuver.obstacles):
+        out.append(f"more rounds: {2 * settings.rounds} in place of {settings.rounds}")
+    return out
+
+
+def _near(plan: Plan, but: str, inside: str) -> str:
+    """What is wrong with a clearance, if anything is."""
+    if plan.clearance >= plan.maneuver.margin:
+        return ""
+    return f"{but}closer than asked" if plan.clearance >= 0 else f": {inside}"
