@@ -11,7 +11,7 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
-from .api import explain, solve, verify
+from .api import solve, verify
 from .errors import NotDPPError, PeakminError, SpecError
 from .geometry.frame import Frame
 from .plan.plan import Made, Plan
@@ -35,6 +35,7 @@ from .spec.study import StudySpec
 if TYPE_CHECKING:
     from .plan.arm_plan import ArmPlan
     from .programs.program import DirectProgram, FeasibilityProgram
+    from .queries.explain import explain
     from .queries.oracle import PeakOracle, Peaks
     from .spec.arm import Arm, ArmManeuver, Link, Pose
     from .spec.spec import ArmSpec
@@ -104,6 +105,7 @@ _LATER = {  # what takes time to import, by its module
     "spec.arm": ("Arm", "ArmManeuver", "Link", "Pose"),
     "spec.spec": ("ArmSpec",),
     "plan.arm_plan": ("ArmPlan",),
+    "queries.explain": ("explain",),
     "queries.oracle": ("PeakOracle", "Peaks"),
 }
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, cast, overload
 
 import numpy as np
 
 from .plan.verify import Verification
 from .plan.verify import verify as verify_point
-from .queries.explain import Explanation
 from .search.solve import solve as solve_point
 from .spec.maneuver import Maneuver
 from .spec.reading import load
 from .spec.settings import Settings
+from .spec.task import Task
 from .types import Progress
 
 if TYPE_CHECKING:
@@ -36,8 +36,15 @@ def solve(
     progress: Progress | None = ...,
     programs: Programs | None = ...,
 ) -> ArmPlan: ...
+@overload
 def solve(
-    maneuver: Maneuver | ArmManeuver,
+    maneuver: Task,
+    settings: Settings | None = ...,
+    progress: Progress | None = ...,
+    programs: Programs | None = ...,
+) -> Plan | ArmPlan: ...
+def solve(
+    maneuver: Task,
     settings: Settings | None = None,
     progress: Progress | None = None,
     programs: Programs | None = None,
@@ -59,19 +66,7 @@ def solve(
         from .search.solve_arm import solve_arm
 
         return solve_arm(maneuver, settings, progress, programs)
-    return solve_point(maneuver, settings, progress, programs)
-
-
-def explain(maneuver: Maneuver | ArmManeuver, settings: Settings | None = None) -> Explanation | None:
-    """Why a maneuver is proved infeasible: the fewest entries that conflict, and the smallest changes that help.
-
-    None where it is solved or nothing is proved. Every change was solved; an explanation takes many solves, up to a
-    minute or `settings.time_limit`.
-
-    Raises:
-        SpecError: when the settings do not fit the maneuver.
-    """
-    return solve(maneuver, settings).explanation
+    return solve_point(cast(Maneuver, maneuver), settings, progress, programs)
 
 
 @np.errstate(all="ignore")  # a number that is none fails every comparison that it enters

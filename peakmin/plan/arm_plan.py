@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from ..queries.explain import Explanation
 
-TIME_LIMIT = 60.0  # s, of an explanation
 NEAR = 1e-3  # of the arm: how close to the margin counts as a contact
 
 
@@ -104,9 +103,9 @@ class ArmPlan(Planned):
     @cached_property
     def explanation(self) -> Explanation | None:
         """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
-        from ..queries.explain_arm import explain_arm
+        from ..queries.explain import explained
 
-        return explain_arm(self, TIME_LIMIT)
+        return explained(self)
 
     @cached_property
     def contacts(self) -> list[Contact]:

@@ -205,9 +205,9 @@ class Plan(Planned):
     @cached_property
     def explanation(self) -> Explanation | None:
         """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
-        from ..queries.explain import explain
+        from ..queries.explain import explained
 
-        return explain(self.maneuver, self.settings, proved=self.lower_bound) if self.status == "infeasible" else None
+        return explained(self)
 
     @property
     def sensitivities(self) -> Sensitivities:
