@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from . import files
-from .api import solve
 from .plan.plan import Plan
+from .search.solve import solve
 from .search.sweep import Sweep, sweep
 from .spec.arm import Arm, ArmManeuver, Link, Pose
 from .spec.control_set import Disc, Polygon

@@ -6,6 +6,7 @@ import math
 import threading
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,20 +16,18 @@ from ..plan.plan import Plan
 from ..programs.least_peak import LeastPeak
 from ..programs.program import Programs
 from ..proofs.batch import extremals
-from ..proofs.bracket import Bracket
 from ..proofs.double_integrator import PointMass
 from ..proofs.sensitivity import Sensitivities, sensitivities, without_idle
 from ..search.solve import solve
 from ..search.sweep import APART, in_order
 from ..spec.maneuver import Maneuver, State, walls_only
 from ..spec.obstacles import Wall
-from ..spec.reading import short
 from ..spec.settings import Exact, Settings
 from ..spec.spec import refuse_unfit
 from ..types import Array
+from .given import Given, state
 
 TOGETHER = 1000  # queries at given times that are answered at once
-Answer = tuple[float, float, bool, Array, Array]
 
 
 @dataclass(frozen=True, repr=False)
@@ -36,8 +35,9 @@ class Peaks:
     """Answers to m queries past q walls.
 
     peak, lower_bound: [m/s^2], (m,), infinite and a bound where no control was found that keeps all that was asked;
-    solved: (m,);  obstacle_times: [s], (m, q);  queries: their maneuvers;  multipliers: that prove each, (2+q, 2),
-    scaled.
+    solved: (m,);  obstacle_times: [s], (m, q), ending in NaN where past blocks fewer walls are put up than in another
+    query;  queries: their maneuvers;  crossings: the same past the walls that the times belong to;  multipliers: that
+    prove each, (2+q, 2), scaled.
     """
 
     peak: Array
@@ -45,16 +45,17 @@ class Peaks:
     solved: Array
     obstacle_times: Array
     queries: tuple[Maneuver, ...]
+    crossings: tuple[Maneuver, ...]
     multipliers: tuple[Array, ...]
 
     @cached_property
     def sensitivities(self) -> tuple[Sensitivities, ...]:
         """Derivatives of each peak, as `Plan.sensitivities`."""
         out = []
-        for maneuver, times, multipliers in zip(self.queries, self.obstacle_times, self.multipliers, strict=True):
-            mass = PointMass.of(maneuver)
+        for crossing, placed, multipliers in zip(self.crossings, self.obstacle_times, self.multipliers, strict=True):
+            mass, times = PointMass.of(crossing), placed[: len(crossing.walls)]
             pushing = without_idle(mass, times / mass.time, multipliers)
-            out.append(sensitivities(maneuver, times, pushing))
+            out.append(sensitivities(crossing, times, pushing))
         return tuple(out)
 
     @property
@@ -64,6 +65,17 @@ class Peaks:
 
     def __repr__(self) -> str:
         return f"Peaks({np.count_nonzero(self.solved)} of {len(self.peak)} solved, peak={self.peak})"
+
+
+class _Answer(NamedTuple):
+    """To one query, as in `Peaks`."""
+
+    peak: float
+    lower_bound: float
+    solved: bool
+    obstacle_times: Array
+    crossing: Maneuver
+    multipliers: Array
 
 
 class _OfThread(threading.local):
@@ -129,7 +141,7 @@ class PeakOracle:
         fields: dict[str, object] = {}
         for name, given in (("start", start), ("goal", goal)):
             if given is not None:
-                fields[name] = _state(name, given)
+                fields[name] = state(name, given)
         if duration is not None:
             if np.ndim(duration):
                 raise SpecError(f"duration: was of shape {np.shape(duration)}, must be one number (`peaks` takes many)")
@@ -155,8 +167,7 @@ class PeakOracle:
             found = self.plan(start, goal, duration, walls)
             return found.peak if found.status == "solved" else np.inf
         maneuver = self.query(start, goal, duration, walls)
-        _, bracket, unit = self._at(maneuver, np.asarray(obstacle_times, dtype=float))
-        return bracket.upper * unit
+        return self._at(maneuver, np.asarray(obstacle_times, dtype=float)).peak
 
     def peaks(
         self,
@@ -178,50 +189,57 @@ class PeakOracle:
         Raises:
             SpecError: when shapes do not go together, or as for `plan`.
         """
-        names = {"start": 1, "goal": 1, "duration": 0, "tips": 2, "obstacle_times": 1}
-        asked = zip(names.items(), (start, goal, duration, tips, obstacle_times), strict=True)
-        given = [(None if value is None else _numbers(name, value), depth) for (name, depth), value in asked]
-        if any(value is not None and value.ndim not in (depth, depth + 1) for value, depth in given):
-            shapes = [None if value is None else value.shape for value, _ in given]
-            raise SpecError(f"queries: was of shapes {shapes}, must be one for all, or one each along the first axis")
-        sizes = {len(value) for value, depth in given if value is not None and value.ndim > depth}
-        if len(sizes) > 1:
-            raise SpecError(f"queries: was {sorted(sizes)} of a kind, must be as many of each, or one for all")
-        queries, times = [], []
-        for k in range(max(sizes, default=1)):
-            one = [None if value is None else value[k] if value.ndim > depth else value for value, depth in given]
-            try:
-                queries.append(self.query(one[0], one[1], one[2], one[3]))
-            except SpecError as error:
-                raise SpecError(f"queries[{k}].{error}" if sizes else str(error)) from None
-            times.append(np.asarray(one[4]))
+        given = Given(start=start, goal=goal, duration=duration, tips=tips, obstacle_times=obstacle_times)
+        queries = [self._query(given, k) for k in range(len(given))]
         if obstacle_times is None:
-            answers = [self._answer(maneuver, None) for maneuver in queries]
+            answers = [self._best(maneuver) for maneuver in queries]
         else:
-            answers = self._all_at(queries, times)
-        if not answers:
-            none = np.zeros(0)
-            return Peaks(none, none, none.astype(bool), np.zeros((0, len(self.maneuver.walls))), (), ())
-        peak, bound, solved, at, multipliers = zip(*answers, strict=True)
-        placed = np.array(at).reshape(len(peak), -1)
-        return Peaks(np.array(peak), np.array(bound), np.array(solved), placed, tuple(queries), multipliers)
+            answers = self._all_at(queries, [given.of("obstacle_times", k) for k in range(len(given))])
+        walls = max((len(one.obstacle_times) for one in answers), default=len(self.maneuver.walls))
+        placed = np.full((len(answers), walls), np.nan)
+        for own, one in zip(placed, answers, strict=True):
+            own[: len(one.obstacle_times)] = one.obstacle_times
+        return Peaks(
+            np.array([one.peak for one in answers]),
+            np.array([one.lower_bound for one in answers]),
+            np.array([one.solved for one in answers], dtype=bool),
+            placed,
+            tuple(queries),
+            tuple(one.crossing for one in answers),
+            tuple(one.multipliers for one in answers),
+        )
 
-    def _answer(self, maneuver: Maneuver, times: Array | None) -> Answer:
-        """Peak, bound, whether solved, obstacle times and multipliers."""
-        if times is None:
-            with self._own.programs as programs:
-                plan = solve(maneuver, self.settings, programs=programs)
-            peak = plan.peak if plan.status == "solved" else math.inf
-            return peak, plan.lower_bound, plan.status == "solved", plan.obstacle_times, plan.multipliers
-        placed, bracket, unit = self._at(maneuver, times)
+    def _query(self, given: Given, k: int) -> Maneuver:
+        """The maneuver of the k-th query."""
+        own = {name: given.of(name, k) for name in given.values if name != "obstacle_times"}
+        try:
+            return self.query(own.get("start"), own.get("goal"), own.get("duration"), own.get("tips"))
+        except SpecError as error:
+            raise SpecError(f"queries[{k}].{error}" if given.each else str(error)) from None
+
+    def _best(self, maneuver: Maneuver) -> _Answer:
+        """At the best obstacle times."""
+        with self._own.programs as programs:
+            plan = solve(maneuver, self.settings, programs=programs)
+        solved = plan.status == "solved"
+        peak = plan.peak if solved else math.inf
+        return _Answer(peak, plan.lower_bound, solved, plan.obstacle_times, plan.crossing, plan.multipliers)
+
+    def _at(self, maneuver: Maneuver, times: Array) -> _Answer:
+        """At the obstacle times [s], (q,), as the grid places them."""
+        _refuse(maneuver, times)
+        with self._own.programs as programs:
+            least = LeastPeak(maneuver, self.settings, programs=programs)
+            placed, bracket, unit = least.place(times) * least.mass.time, least(times), least.mass.unit
         multipliers = np.zeros((2 + len(placed), 2)) if bracket.multipliers is None else bracket.multipliers
-        return bracket.upper * unit, bracket.lower * unit, math.isfinite(bracket.upper), placed, multipliers
+        solved = math.isfinite(bracket.upper)
+        return _Answer(bracket.upper * unit, bracket.lower * unit, solved, placed, maneuver, multipliers)
 
-    def _all_at(self, queries: list[Maneuver], times: list[Array]) -> list[Answer]:
-        """As `_answer`, with all that is not difficult done at once by the exact method."""
+    def _all_at(self, queries: list[Maneuver], times: list[Array]) -> list[_Answer]:
+        """As `_at`, with all that is not difficult done at once by the exact method."""
         for maneuver, placed in zip(queries, times, strict=True):
             _refuse(maneuver, placed)
-        done: dict[int, Answer] = {}
+        done: dict[int, _Answer] = {}
         narrow = any(wall.opening is not None for wall in self.maneuver.walls)
         many = len(queries) if isinstance(self.settings.method, Exact) and not narrow else 0
         for first in range(0, many, TOGETHER):
@@ -230,16 +248,10 @@ class PeakOracle:
             found = extremals(PointMass.stacked(each), np.array(scaled))
             for k in np.flatnonzero(found.settled).tolist():
                 ends = float(found.upper[k]) * each[k].unit, float(found.lower[k]) * each[k].unit
-                done[first + k] = *ends, True, scaled[k] * each[k].time, found.multipliers[k]
+                at = scaled[k] * each[k].time
+                done[first + k] = _Answer(*ends, True, at, queries[first + k], found.multipliers[k])
         every = enumerate(zip(queries, times, strict=True))
-        return [done[k] if k in done else self._answer(*asked) for k, asked in every]
-
-    def _at(self, maneuver: Maneuver, times: Array) -> tuple[Array, Bracket, float]:
-        """Times as the grid places them [s], the bracket there [scaled] and the unit of its ends [m/s^2]."""
-        _refuse(maneuver, times)
-        with self._own.programs as programs:
-            least = LeastPeak(maneuver, self.settings, programs=programs)
-            return least.place(times) * least.mass.time, least(times), least.mass.unit
+        return [done[k] if k in done else self._at(*asked) for k, asked in every]
 
     def _walls(self, walls: list[Wall] | ArrayLike) -> tuple[object, ...]:
         if isinstance(walls, list | tuple) and all(isinstance(wall, Wall) for wall in walls):
@@ -261,25 +273,3 @@ def _refuse(maneuver: Maneuver, times: Array) -> None:
             f"{len(maneuver.walls)} times that increase between 0 and {maneuver.duration}, by {APART} of it at least"
         )
         raise SpecError(f"obstacle_times: was {times.tolist()}, must be {rising}")
-
-
-def _numbers(name: str, given: ArrayLike) -> Array:
-    try:
-        return np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise SpecError(f"{name}: was {short(given)}, must be an array of numbers") from None
-
-
-def _state(name: str, given: State | ArrayLike) -> State:
-    if isinstance(given, State):
-        return given
-    try:
-        numbers = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise SpecError(f"{name}: was {str(given)[:60]}, must be two or four numbers") from None
-    if numbers.shape not in ((2,), (4,)):
-        raise SpecError(f"{name}: was of shape {numbers.shape}, must be (2,), at rest, or (4,), with its velocity")
-    try:
-        return State(position=numbers[:2], velocity=numbers[2:] if len(numbers) == 4 else (0.0, 0.0))
-    except SpecError as error:
-        raise SpecError(f"{name}.{error}") from None

@@ -14,7 +14,6 @@ the least D itself, so D -> 1/z climbs to it from below, and a box of x has a bo
 
 from __future__ import annotations
 
-import heapq
 import itertools
 import math
 from dataclasses import dataclass
@@ -29,6 +28,7 @@ from ..proofs.branch_and_bound import halves, inside
 from ..proofs.descent import descend
 from ..proofs.double_integrator import PointMass, impulse
 from ..proofs.extremal import extremal
+from ..proofs.frontier import Frontier
 from ..search.solve import solve
 from ..spec.maneuver import Maneuver, walls_only
 from ..spec.settings import Exact, GlobalSearch, Settings
@@ -82,43 +82,63 @@ def shortest(maneuver: Maneuver, peak: float, gap: float = 1e-6, node_limit: int
     Raises:
         SpecError: when the peak is not a positive number, or no duration keeps it that could be found.
     """
+    _refuse(maneuver, peak)
+    search = _Search(maneuver, peak)
+    while maneuver.walls and search.waiting.lowest < (1 - gap) * search.duration and search.nodes < node_limit:
+        search.halve()
+    leaves = tuple(box for box, _ in search.waiting.items)
+    lower = min(_ruled_out(search.units, box, peak) for box in leaves)
+    asked = maneuver.model_copy(update={"duration": search.duration, "max_peak": None})
+    plan = solve(asked, Settings(method=Exact(), search=GlobalSearch(gap=min(gap, 1e-6))))
+    return Shortest(search.duration, min(lower, search.duration), plan, leaves, search.nodes)
+
+
+def _refuse(maneuver: Maneuver, peak: float) -> None:
     if isinstance(peak, bool) or not isinstance(peak, int | float) or not 0 < peak < math.inf:
         raise SpecError(f"peak: was {peak!r}, must be a finite number above zero")
     walls_only(maneuver, "the least duration")
     if any(wall.opening is not None for wall in maneuver.walls):
         raise SpecError("maneuver.obstacles: was a wall with an opening, must be without one for the least duration")
-    q = len(maneuver.walls)
     units = PointMass.of(maneuver)
-    if not np.any(units.pf) and not np.any(units.vf - units.v0) and not q:
+    if not np.any(units.pf) and not np.any(units.vf - units.v0) and not units.walls:
         raise SpecError("maneuver.goal: was the start, must differ from it (no time is needed)")
-    centre = inside(np.zeros(q), np.ones(q))
-    duration, chain = _climb(maneuver, peak, centre, math.inf)
-    if math.isinf(duration):
-        raise SpecError(f"peak: was {peak}, must allow some duration (none was found)")
-    better, met = _settle(maneuver, peak, centre, duration)
-    duration, chain = better, met or chain
-    root = ShareBox((0.0,) * q, (1.0,) * q, chain)
-    serial = itertools.count()
-    waiting = [(_ruled_out(units, root, peak), next(serial), root, chain)]
-    nodes = 1
-    while q and waiting[0][0] < (1 - gap) * duration and nodes < node_limit:
-        bound, _, leaf, met = heapq.heappop(waiting)
+
+
+class _Search:
+    """Branch and bound over the shares: the least duration met [s], and the boxes that wait, with what rules out most.
+
+    Raises:
+        SpecError: when no duration is found that keeps the peak [m/s^2].
+    """
+
+    def __init__(self, maneuver: Maneuver, peak: float) -> None:
+        self.maneuver, self.peak, self.units, self.nodes = maneuver, peak, PointMass.of(maneuver), 1
+        q = len(maneuver.walls)
+        centre = inside(np.zeros(q), np.ones(q))
+        first, chain = _climb(maneuver, peak, centre, math.inf)
+        if math.isinf(first):
+            raise SpecError(f"peak: was {peak}, must allow some duration (none was found)")
+        self.duration, met = _settle(maneuver, peak, centre, first)
+        root = ShareBox((0.0,) * q, (1.0,) * q, met or chain)
+        self.waiting = Frontier([(_ruled_out(self.units, root, peak), (root, root.chain))])
+
+    def halve(self) -> None:
+        """Two boxes for the one that rules out least."""
+        bound, (leaf, met) = self.waiting.pop()
         for low, high in halves(leaf.low, leaf.high, met[-1]):
-            if out_of_order(low, high):
-                continue
-            nodes += 1
-            centre = inside(np.array(low), np.array(high))
-            there, met = _climb(maneuver, peak, centre, duration)
-            if there < duration:
-                duration, _ = _settle(maneuver, peak, centre, there)
-            boxes = ShareBox(low, high, leaf.chain), ShareBox(low, high, met)
-            score, box = max(((_ruled_out(units, box, peak), box) for box in boxes), key=lambda pair: pair[0])
-            heapq.heappush(waiting, (max(bound, score), next(serial), box, met))
-    leaves = tuple(leaf for _, _, leaf, _ in waiting)
-    lower = min(_ruled_out(units, leaf, peak) for leaf in leaves)
-    asked = maneuver.model_copy(update={"duration": duration, "max_peak": None})
-    plan = solve(asked, Settings(method=Exact(), search=GlobalSearch(gap=min(gap, 1e-6))))
-    return Shortest(duration, min(lower, duration), plan, leaves, nodes)
+            if not out_of_order(low, high):
+                self.nodes += 1
+                self._look_at(low, high, leaf.chain, bound)
+
+    def _look_at(self, low: tuple[float, ...], high: tuple[float, ...], chain: tuple[Array, ...], bound: float) -> None:
+        """Let a box wait with its own multipliers or those of the box around it, whose bound it keeps."""
+        centre = inside(np.array(low), np.array(high))
+        there, met = _climb(self.maneuver, self.peak, centre, self.duration)
+        if there < self.duration:
+            self.duration, _ = _settle(self.maneuver, self.peak, centre, there)
+        boxes = ShareBox(low, high, chain), ShareBox(low, high, met)
+        score, box = max(((_ruled_out(self.units, box, self.peak), box) for box in boxes), key=lambda pair: pair[0])
+        self.waiting.push(max(bound, score), (box, met))
 
 
 def _ruled_out(units: PointMass, box: ShareBox, peak: float) -> float:

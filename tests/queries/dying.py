@@ -2,7 +2,7 @@
 
 import os
 
-from peakmin.queries.study.workers import failed
+from peakmin.queries.study.row import failed
 
 
 def dies(text):

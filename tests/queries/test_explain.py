@@ -4,7 +4,6 @@ import json
 import math
 import re
 import time
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,9 @@ import pytest
 import peakmin as pm
 from peakmin.cli import main
 from peakmin.proofs.branch_and_bound import least_over_times
-from peakmin.queries.explain import explain
-from peakmin.queries.repairs import Trials, repairs, upwards
+from peakmin.queries.explain import why_not
+from peakmin.queries.point_reasons import PointReasons
+from peakmin.queries.repairs import Trials, upwards
 from peakmin.scenes.impossible import impossible, least_way
 from peakmin.spec.spec import read_spec
 
@@ -203,7 +203,7 @@ def test_what_refuted_is_what_is_said_even_when_the_time_is_over():
     """Nine blocks in two seconds: the bound in the words is above max_peak, and nothing was found in this time."""
     spec = read_spec(Path(__file__).parent.parent.parent / "examples" / "cluttered.json")
     asked = spec.maneuver.model_copy(update={"max_peak": 2.2759})
-    why = explain(asked, pm.Settings(time_limit=0.3), proved=2.346)
+    why = why_not(asked, pm.Settings(time_limit=0.3), proved=2.346)
     assert "max_peak 2.2759 m/s² is below 2.346 m/s²" in why.because
     assert why.repairs == ()
     assert not why.complete
@@ -214,7 +214,7 @@ def test_a_speed_that_is_enough_is_nearly_the_least():
     """By 1.15 m/s it can be done, by 1.1 m/s it was not: a quick look alone asks for 1.3 m/s."""
     walls = [pm.Wall(tip=(0.6, 0.5)), pm.Wall(tip=(1.3, -0.2), direction=(0, 1))]
     asked = maneuver(goal=pm.State(position=(2, 0)), duration=2.5, max_speed=0.7, obstacles=walls)
-    (speed,) = repairs(asked, ("max_speed",), Trials(COARSE, math.inf))
+    (speed,) = PointReasons(asked, 0.0, Trials(COARSE, math.inf)).repairs(("max_speed",))
     assert speed.maneuver.max_speed <= 1.2
 
 
@@ -222,8 +222,8 @@ def test_walls_that_cannot_be_neighbours_are_not_left_alone_with_each_other(monk
     """Without the second one, the first and the third stand on one line: that is no maneuver, and no reason to refuse."""
     walls = [pm.Wall(tip=(0.5, 0.2)), pm.Wall(tip=(0.6, 0.3), direction=(0.01, -1)), pm.Wall(tip=(0.5, 0.3))]
     settings = pm.Settings(grid=pm.Aligned(steps=40), search=pm.GlobalSearch(gap=0.02))
-    monkeypatch.setattr(import_module("peakmin.queries.explain"), "repairs", lambda *_: iter(()))
-    why = explain(maneuver(obstacles=walls, max_peak=5.5), settings, proved=5.6)
+    monkeypatch.setattr(PointReasons, "repairs", lambda *_: iter(()))
+    why = why_not(maneuver(obstacles=walls, max_peak=5.5), settings, proved=5.6)
     assert why.conflict == ("obstacles[1]", "max_peak", "duration")
 
 
@@ -234,7 +234,7 @@ def test_quick_looks_end_with_the_explanation(monkeypatch):
         untils.append(until)
         return least_over_times(*args, until=until, **options)
 
-    monkeypatch.setattr("peakmin.queries.repairs.least_over_times", told)
+    monkeypatch.setattr("peakmin.queries.point_reasons.least_over_times", told)
     assert pm.explain(CASES["speed past a wall"][0], pm.Settings(grid=pm.Aligned(steps=40), time_limit=2)) is not None
     assert untils
     assert all(np.isfinite(untils))

@@ -1,6 +1,7 @@
 """The oracle answers as `solve` does, compiles once for each thread, and takes queries in every shape."""
 
 import dataclasses
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -232,3 +233,22 @@ def test_slopes_are_those_of_an_optimal_motion_or_not_known():
     slopes = (found.peak[1:4] - found.peak[4:]) / (2 * h)
     stated = found.sensitivities[0].obstacle_times
     assert np.all(np.isnan(stated) | (np.abs(stated - slopes) <= 1e-3 * np.max(np.abs(slopes))))
+
+
+def test_queries_past_blocks_may_need_different_numbers_of_walls():
+    """From beside the block no wall is needed; what is not there is NaN, and slopes are those of the plan's own."""
+    block = pm.Block(vertices=[(0.4, -0.2), (0.5, -0.2), (0.5, 0.2), (0.4, 0.2)])
+    settings = pm.Settings(grid=pm.Aligned(steps=40), search=pm.GlobalSearch(gap=0.05))
+    oracle = pm.PeakOracle(wall_maneuver(obstacles=[block]), settings)
+    found = oracle.peaks(start=[[0, 0], [0, 2]])
+    assert found.obstacle_times.shape == (2, 1)
+    assert np.isnan(found.obstacle_times[:, 0]).tolist() == [False, True]
+    for start, slopes in zip([[0, 0], [0, 2]], found.sensitivities, strict=True):
+        stated = oracle.plan(start=start).sensitivities
+        assert slopes.tips.shape == stated.tips.shape
+        np.testing.assert_allclose(slopes.goal_position, stated.goal_position, atol=1e-6)
+
+
+def test_an_oracle_can_be_sent_to_another_process():
+    oracle = pickle.loads(pickle.dumps(pm.PeakOracle(wall_maneuver(), pm.Settings(grid=pm.Aligned(steps=40)))))
+    assert oracle.peak() == pm.PeakOracle(oracle.maneuver, oracle.settings).peak()

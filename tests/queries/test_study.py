@@ -18,7 +18,7 @@ import pytest
 import peakmin as pm
 from peakmin.queries.study import table, workers
 from peakmin.queries.study.journal import Journal
-from peakmin.queries.study.workers import solved_row, spec_hash
+from peakmin.queries.study.row import solved_row, spec_hash
 from tests.queries.dying import dies
 from tests.search.test_sweep import compilations  # noqa: F401  a fixture
 
@@ -335,12 +335,12 @@ def test_a_journal_outlives_what_a_power_cut_leaves(tmp_path):
         for names in ("ab", "abd"):
             with Journal(tmp_path / "r.csv") as kept:
                 assert "".join(kept.rows) == names
-                kept.add({"spec": "d", "status": "failed"})
+                kept.add("d", {"status": "failed"})
                 assert kept.done("abcd") == {"a", "b"}
     (tmp_path / "r.csv.journal").write_bytes(b"\n".join(whole))  # but for its line break the last one is whole
     with Journal(tmp_path / "r.csv") as kept:
         assert "".join(kept.rows) == "abc"
-        kept.add({"spec": "d", "status": "solved"})
+        kept.add("d", {"status": "solved"})
     with Journal(tmp_path / "r.csv") as kept:
         assert "".join(kept.rows) == "abcd"
 

@@ -4,21 +4,31 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO, Self
+from typing import BinaryIO, Self, cast
+
+from filelock import FileLock, Timeout
 
 from ...errors import SpecError
+from .row import Row
 
-SUFFIX = ".journal"
+SUFFIX, LOCK = ".journal", ".lock"
+
+
+class Kept(Row):
+    """A row and the hash of its spec."""
+
+    spec: str
 
 
 class Journal:
     """Rows by their spec's hash, read from the file beside `store` and appended to it; in memory where it is None.
 
-    A line that a power cut or a kill left torn is passed over. Of a spec's rows the last one counts.
+    A line that a power cut or a kill left torn is passed over. Of a spec's rows the last one counts. Who writes holds
+    a lock, which goes with the process; its empty file stays, or two who find none could each hold one of their own.
 
     Raises:
         SpecError: on entering, when the file cannot be written or another study is writing it.
@@ -26,41 +36,41 @@ class Journal:
 
     def __init__(self, store: Path | None) -> None:
         self.path = None if store is None else store.with_name(store.name + SUFFIX)
-        self.rows: dict[str, dict[str, Any]] = {}
+        self.rows: dict[str, Kept] = {}
         self._file: BinaryIO | None = None
+        self._open = ExitStack()
 
     def __enter__(self) -> Self:
         if self.path is None:
             return self
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = open(self.path, "a+b")
-            _lock(self._file, self.path)
-            if self._read():
-                self._file.write(b"\n")
-        except OSError as error:
-            raise SpecError(f"{self.path}: cannot be written ({error.strerror})") from None
-        except SpecError:
-            self.__exit__(None, None, None)
-            raise
+        with ExitStack() as opened:
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                opened.enter_context(FileLock(f"{self.path}{LOCK}", timeout=0))
+                self._file = opened.enter_context(open(self.path, "a+b"))
+                if self._read():
+                    self._file.write(b"\n")
+            except Timeout:
+                raise SpecError(f"{self.path}: was in use by another study, must be written by one at a time") from None
+            except OSError as error:
+                raise SpecError(f"{self.path}: cannot be written ({error.strerror})") from None
+            self._open = opened.pop_all()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        if self._file is not None:
-            self._file.close()
+        self._open.close()
 
-    def add(self, row: dict[str, Any]) -> None:
-        """Keep a finished row, which names its `spec`. Raises `SpecError` when the disk does not take it."""
-        if self._file is None:
-            self.rows[row["spec"]] = row
-            return
-        try:
-            self._file.write(json.dumps(row, allow_nan=False).encode() + b"\n")
-            self._file.flush()
-            os.fsync(self._file.fileno())
-        except OSError as error:
-            raise SpecError(f"{self.path}: cannot be written ({error.strerror})") from None
-        self.rows[row["spec"]] = row
+    def add(self, key: str, row: Row) -> None:
+        """Keep the finished row of a spec. Raises `SpecError` when the disk does not take it."""
+        kept = Kept(spec=key, **row)
+        if self._file is not None:
+            try:
+                self._file.write(json.dumps(kept, allow_nan=False).encode() + b"\n")
+                self._file.flush()
+                os.fsync(self._file.fileno())
+            except OSError as error:
+                raise SpecError(f"{self.path}: cannot be written ({error.strerror})") from None
+        self.rows[key] = kept
 
     def done(self, keys: Iterable[str]) -> set[str]:
         """Which of these specs have an answer, a failure being none."""
@@ -82,23 +92,10 @@ class Journal:
         return lines[-1]
 
 
-def _row(line: bytes) -> dict[str, Any] | None:
+def _row(line: bytes) -> Kept | None:
     try:
-        row = json.loads(line)
+        row: object = json.loads(line)
     except ValueError:
         return None
-    return row if isinstance(row, dict) and isinstance(row.get("spec"), str) and "status" in row else None
-
-
-def _lock(file: BinaryIO, path: Path) -> None:
-    """Refuse a second writer; the lock goes with the process. File systems without locks are trusted."""
-    if sys.platform == "win32":
-        return
-    import fcntl
-
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise SpecError(f"{path}: was in use by another study, must be written by one at a time") from None
-    except OSError:
-        pass
+    whole = isinstance(row, dict) and isinstance(row.get("spec"), str) and "status" in row
+    return cast(Kept, row) if whole else None

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from ...errors import PeakminError, SpecError
-from ...spec.spec import Spec
+from ...spec.spec import AnySpec
 from ...spec.study import StudySpec
 from ...types import Progress
 from .journal import Journal
+from .row import spec_hash
 from .table import Study, refuse
-from .workers import each, in_processes, processors, spec_hash
-
-if TYPE_CHECKING:
-    from ...spec.spec import ArmSpec
+from .workers import Rows, each, in_processes, processors
 
 
 def study(
-    specs: StudySpec | Iterable[Spec | ArmSpec],
+    specs: StudySpec | Iterable[AnySpec],
     executor: Executor | None = None,
     store: str | Path | None = None,
     *,
@@ -50,51 +47,56 @@ def study(
     path = None if store is None else Path(store)
     refuse(path)
     count = processors(workers) if executor is None else 0
-    asked, varied = _rows(specs)
-    texts = [spec.to_json(indent=None) for spec in asked]
+    asked, varied = _asked(specs)
     keys = [spec_hash(spec) for spec in asked]
+    texts = {key: spec.to_json(indent=None) for key, spec in zip(keys, asked, strict=True)}
     with Journal(path) as journal:
-        known = journal.done(keys)
-        waiting = {key: text for key, text in zip(keys, texts, strict=True) if key not in known}
-        done, total = len(known), len(known) + len(waiting)
+        known = journal.done(texts)
+        waiting = {key: text for key, text in texts.items() if key not in known}
         found = in_processes(waiting, count) if executor is None else each(executor, waiting)
-        try:
-            with closing(found):
-                if progress:
-                    progress(done, total)
-                for key, row in found:
-                    journal.add({"spec": key, **row})
-                    done += 1
-                    if progress:
-                        progress(done, total)
-        except KeyboardInterrupt:
-            journal.look_again()
-            raise KeyboardInterrupt(f"{len(journal.done(keys))} of {total} rows done{_how_to_go_on(path)}") from None
-        except (BrokenExecutor, CancelledError) as error:
-            why = f" ({error})" if str(error) else ""
-            left = f"{done} of {total} rows done{_how_to_go_on(path)}"
-            raise PeakminError(f"the executor ended{why}: {left}") from None
+        with _said_how_far(journal, texts, path), closing(found):
+            _keep(found, journal, len(known), len(texts), progress)
         rows = tuple({"spec": key, **own, **journal.rows[key]} for key, own in zip(keys, varied, strict=True))
     made = Study(rows, tuple(varied[0]))
     made.write(path)
     return made
 
 
-def _how_to_go_on(path: Path | None) -> str:
-    return ", nothing kept (a store keeps them)" if path is None else "; the same study run again goes on from there"
+def _keep(found: Rows, journal: Journal, done: int, total: int, progress: Progress | None) -> None:
+    """Put every row into the journal as it comes."""
+    if progress:
+        progress(done, total)
+    for key, row in found:
+        journal.add(key, row)
+        done += 1
+        if progress:
+            progress(done, total)
 
 
-def _rows(specs: StudySpec | Iterable[Spec | ArmSpec]) -> tuple[list[Spec | ArmSpec], list[dict[str, Any]]]:
+@contextmanager
+def _said_how_far(journal: Journal, keys: Collection[str], path: Path | None) -> Iterator[None]:
+    """What ends a study before its rows are there says how many of them are."""
+    then = ", nothing kept (a store keeps them)" if path is None else "; the same study run again goes on from there"
+    try:
+        yield
+    except KeyboardInterrupt:
+        journal.look_again()
+        raise KeyboardInterrupt(f"{len(journal.done(keys))} of {len(keys)} rows done{then}") from None
+    except (BrokenExecutor, CancelledError) as error:
+        why = f" ({error})" if str(error) else ""
+        done = f"{len(journal.done(keys))} of {len(keys)} rows done{then}"
+        raise PeakminError(f"the executor ended{why}: {done}") from None
+
+
+def _asked(specs: StudySpec | Iterable[AnySpec]) -> tuple[list[AnySpec], list[dict[str, object]]]:
     """The specs, and for each what varies, by path."""
-    from ...spec.spec import ArmSpec
-
     if isinstance(specs, StudySpec):
         return list(specs.specs), specs.varied
     if isinstance(specs, str | bytes | Mapping | Path):
         raise SpecError(f"specs: was a {type(specs).__name__}, must be a list of specs or a StudySpec (StudySpec.read)")
     asked = list(specs)
     for i, spec in enumerate(asked):
-        if not isinstance(spec, Spec | ArmSpec):
+        if not isinstance(spec, AnySpec):
             raise SpecError(f"specs[{i}]: was a {type(spec).__name__}, must be a peakmin.Spec or a peakmin.ArmSpec")
     if not asked:
         raise SpecError("specs: was empty, must be at least one")
@@ -104,7 +106,8 @@ def _rows(specs: StudySpec | Iterable[Spec | ArmSpec]) -> tuple[list[Spec | ArmS
     return asked, [{name: own.get(name) for name in differ} for own in fields]
 
 
-def _leaves(data: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+def _leaves(data: object, path: str = "") -> Iterator[tuple[str, object]]:
+    """What stands in JSON data, by path."""
     if isinstance(data, dict):
         for key, value in data.items():
             yield from _leaves(value, f"{path}.{key}" if path else key)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -31,7 +32,7 @@ class Study:
     varied: the paths of the fields that differ between rows.
     """
 
-    rows: tuple[dict[str, Any], ...]
+    rows: tuple[dict[str, Any], ...]  # a varied field holds anything
     varied: tuple[str, ...]
 
     @property
@@ -51,7 +52,7 @@ class Study:
         """
         return np.array([np.nan if row[column] is None else row[column] for row in self.rows], dtype=float)
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> dict[str, object]:
         """The study as plain JSON data."""
         return {"version": 1, "varied": list(self.varied), "rows": list(self.rows)}
 
@@ -98,7 +99,7 @@ class Study:
         return list(dict.fromkeys(row["status"] for row in self.rows))
 
     def _repr_html_(self) -> str:
-        def line(tag: str, cells: Any) -> str:
+        def line(tag: str, cells: Iterable[object]) -> str:
             return "<tr>" + "".join(f"<{tag}>{html.escape(_cell(cell))}</{tag}>" for cell in cells) + "</tr>"
 
         body = "".join(line("td", row.values()) for row in self.rows[:SHOWN])
@@ -117,18 +118,18 @@ def refuse(store: str | Path | None) -> None:
         raise SpecError(f"store: was {str(store)!r}, must be a .csv without pyarrow (extra `parquet`)")
 
 
-def _cell(value: Any) -> str:
+def _cell(value: object) -> str:
     if value is None or isinstance(value, str):
         return value or ""
     return json.dumps(value)
 
 
-def _of_one_type(values: list[Any]) -> list[Any]:
+def _of_one_type(values: list[object]) -> list[object]:
     """Values as they are where they are all numbers or all words, else each as its JSON text."""
     there = [value for value in values if value is not None]
-    for types in (bool, int, float, str):
-        if all(type(value) is types for value in there):
+    for one in (bool, int, float, str):
+        if all(type(value) is one for value in there):
             return values
     if all(type(value) in (int, float) for value in there):
-        return [None if value is None else float(value) for value in values]
+        return [float(value) if isinstance(value, int | float) else None for value in values]
     return [None if value is None else json.dumps(value) for value in values]

@@ -5,102 +5,25 @@ Those start afresh, are gone when the study is, and are replaced when one dies.
 
 from __future__ import annotations
 
-import hashlib
-import json
-import math
 import multiprocessing
 import multiprocessing.util
 import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Generator, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, ProcessPoolExecutor, as_completed
 from contextlib import closing, contextmanager
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from ...api import solve
 from ...errors import PeakminError, SpecError
-from ...programs.program import Programs
-from ...spec.reading import load
-from ...spec.spec import Spec, spec_of
-
-if TYPE_CHECKING:
-    from ...spec.spec import ArmSpec
-
-_one_at_a_time = threading.Lock()  # cvxpy does not build problems in two threads at once
-
-
-class _Worker(threading.local):
-    """What a worker, which is a thread of an executor's process, keeps from one row to the next."""
-
-    def __init__(self) -> None:
-        self.programs = Programs()
-
-
-_worker = _Worker()  # executors carry functions with their text only: what stays has to stand here
-
-
-def spec_hash(spec: Spec | ArmSpec) -> str:
-    """16 hexadecimal digits of the SHA-256 of a spec: of all its fields, defaults included, in any order."""
-    text = json.dumps(json.loads(spec.to_json()), sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def solved_row(text: str) -> dict[str, Any]:
-    """What a row has to say of a spec (JSON text), in plain values; numbers that are not known are None.
-
-    An exception makes a row, too: of status "failed", with what it said as `error`.
-    """
-    began = time.perf_counter()
-    try:
-        asked = spec_of(load(text))
-        with _one_at_a_time, _worker.programs as programs:
-            plan = solve(asked.task, asked.settings, programs=programs)
-    except Exception as error:
-        said = str(error) if isinstance(error, PeakminError) else f"{type(error).__name__}: {error}"
-        return failed(said, time.perf_counter() - began)
-    return {
-        "status": plan.status,
-        "peak": _known(plan.peak),
-        "lower_bound": _known(plan.lower_bound),
-        "gap": _known(plan.gap),
-        "scope": plan.scope,
-        "peak_force": _known(plan.peak_force),
-        "obstacle_times": plan.obstacle_times.tolist(),
-        "clearance": _known(plan.clearance),
-        "solver": plan.made.solver,
-        "compilations": plan.made.compilations,
-        "seconds": time.perf_counter() - began,
-        "error": None,
-    }
-
-
-def failed(error: str, seconds: float | None = None) -> dict[str, Any]:
-    """The row of a spec without an answer."""
-    return {**FAILED, "seconds": seconds, "error": " ".join(error.split())}
-
-
-FAILED: dict[str, Any] = {
-    "status": "failed",
-    **dict.fromkeys(("peak", "lower_bound", "gap", "scope", "peak_force", "obstacle_times", "clearance", "solver")),
-    "compilations": 0,
-    "seconds": None,
-    "error": None,
-}
-
-
-def _known(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
+from .row import Row, failed, solved_row
 
 MOST = 60  # processes that a pool can wait for on every system
 GUARD = 'a script must call it below `if __name__ == "__main__":`'
 
-Rows = Generator[tuple[str, dict[str, Any]], None, None]
+Rows = Generator[tuple[str, Row], None, None]  # by their specs' hashes
 
 
 def each(executor: Executor, waiting: dict[str, str]) -> Rows:
