@@ -21,6 +21,7 @@ lint: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports
 
 # all seeds, 500 random maneuvers, 300 random scenes and 120 tasks of arms, where `make test` takes some
 proofs: .venv/installed

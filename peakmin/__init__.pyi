@@ -4,7 +4,7 @@ from .errors import NotDPPError as NotDPPError
 from .errors import PeakminError as PeakminError
 from .errors import SpecError as SpecError
 from .plan.arm_plan import ArmPlan as ArmPlan
-from .plan.plan import Made as Made
+from .plan.found import Made as Made
 from .plan.plan import Plan as Plan
 from .plan.verify import Verification as Verification
 from .plan.verify import verify as verify

@@ -29,6 +29,7 @@ from .plan.plan import Plan
 from .plan.verify import verify
 from .queries.budget import error_budget
 from .queries.compare import compare, table
+from .queries.explain import explained
 from .queries.simulate import simulate
 from .queries.study.study import study
 from .queries.study.table import KINDS as TABLES
@@ -72,7 +73,7 @@ def solve_command(
     files.ready(out)
     files.ready_for(report)
     with ended_by_interrupt() as stopped:
-        plan = _solved(asked, "solve")
+        plan = _solved(asked, "solve", stopped)
         if out:
             output.write_plan(plan, out, gif)
         if report:
@@ -81,7 +82,7 @@ def solve_command(
         _say_where(as_json, out, report)
         if plan.status == "infeasible" and not as_json and not stopped.is_set():
             with output.bar("explain"):
-                why = plan.explanation
+                why = explained(plan, stopped)
             answer(str(why))
     _end(plan.status, stopped, words.so_far(plan))
 
@@ -92,9 +93,9 @@ def explain_command(spec: SpecFile, as_json: Json = False) -> None:
     """Why a spec is proved infeasible: which entries conflict, and the smallest changes that were solved."""
     asked = read_spec(spec)
     with ended_by_interrupt() as stopped:
-        plan = _solved(asked, "explain")
+        plan = _solved(asked, "explain", stopped)
         with output.bar("explain"):
-            why = plan.explanation
+            why = explained(plan, stopped)
     if as_json:
         answer(_json({"status": plan.status, "explanation": None if why is None else why.document()}))
     else:
@@ -150,7 +151,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
     asked = Spec.read(spec)
     files.ready(out)
     with ended_by_interrupt() as stopped, output.bar("sweep") as progress:
-        found = sweep(asked.maneuver, asked.settings, progress=progress)
+        found = sweep(asked.maneuver, asked.settings, progress=progress, stopped=stopped)
     if out:
         output.write_plan(found.best, out)
         files.write(out / "sweep.json", found.to_json(indent=2) + "\n")
@@ -249,10 +250,10 @@ def schema_command(
     answer(_json(StudySpec.model_json_schema() if of_study else ArmSpec.model_json_schema() if of_arm else schema()))
 
 
-def _solved(asked: AnySpec, name: str) -> Plan:
-    """The plan of a spec, with a bar of this name while it is made."""
+def _solved(asked: AnySpec, name: str, stopped: threading.Event | None = None) -> Plan:
+    """The plan of a spec, with a bar of this name while it is made; it ends when it is stopped."""
     with output.bar(name) as progress:
-        return solve(asked.task, asked.settings, progress=progress)
+        return solve(asked.task, asked.settings, progress, stopped=stopped)
 
 
 def _json(data: object) -> str:

@@ -1,6 +1,7 @@
 """When a search comes to its end with the best it has: its time is over, or Ctrl-C was pressed.
 
-A deadline is a `time.perf_counter()` value, called `until` wherever it is handed down to what takes long.
+A deadline is a `time.perf_counter()` value, called `until` wherever it is handed down to what takes long; one that can
+be brought forward carries the event that does so.
 """
 
 from __future__ import annotations
@@ -12,24 +13,41 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Self
 
 # a search leaves this share of its time, and no more than so many seconds, for making its result a plan that keeps all
 SHARE, MOST = 0.3, 1.5
-_asked = threading.Event()
+
+
+class Deadline(float):
+    """A `time.perf_counter()` value; `stopped`, once it is set, is the end of the time too."""
+
+    stopped: threading.Event | None
+
+    def __new__(cls, at: float, stopped: threading.Event | None = None) -> Self:
+        made = super().__new__(cls, at)
+        made.stopped = stopped
+        return made
 
 
 class OverError(Exception):
     """Out of a minimiser in the middle of its work; whoever catches it goes on with the best that was met."""
 
 
-def after(seconds: float | None) -> float:
-    """The deadline in so many seconds; None is none."""
-    return math.inf if seconds is None else time.perf_counter() + seconds
+def after(seconds: float | None, stopped: threading.Event | None = None) -> Deadline:
+    """The deadline in so many seconds, or when the event is set; None is none."""
+    return Deadline(math.inf if seconds is None else time.perf_counter() + seconds, stopped)
+
+
+def stopped_by(until: float) -> threading.Event | None:
+    """The event that ends the time before its deadline, if there is one."""
+    return until.stopped if isinstance(until, Deadline) else None
 
 
 def over(until: float) -> bool:
     """Whether to come to an end."""
-    return _asked.is_set() or time.perf_counter() > until
+    stopped = stopped_by(until)
+    return (stopped is not None and stopped.is_set()) or time.perf_counter() > until
 
 
 def left(until: float) -> float:
@@ -39,12 +57,12 @@ def left(until: float) -> float:
 
 def part(until: float) -> float:
     """An earlier deadline, which leaves some of the time."""
-    return until - min(SHARE * left(until), MOST) if math.isfinite(until) else until
+    return Deadline(until - min(SHARE * left(until), MOST), stopped_by(until)) if math.isfinite(until) else until
 
 
 @contextmanager
 def ended_by_interrupt() -> Iterator[threading.Event]:
-    """Inside, the first Ctrl-C is the end of the time, and sets the event given; the second one interrupts.
+    """Inside, the first Ctrl-C sets the event given, for whom it is the end of the time; the second one interrupts.
 
     In the main thread only: others do not hear Ctrl-C.
     """
@@ -56,7 +74,6 @@ def ended_by_interrupt() -> Iterator[threading.Event]:
 
     def end(number: int, frame: FrameType | None) -> None:
         pressed.set()
-        _asked.set()
         signal.signal(signal.SIGINT, before)
 
     signal.signal(signal.SIGINT, end)
@@ -64,4 +81,3 @@ def ended_by_interrupt() -> Iterator[threading.Event]:
         yield pressed
     finally:
         signal.signal(signal.SIGINT, before)
-        _asked.clear()

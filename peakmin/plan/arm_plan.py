@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,10 +36,8 @@ from .document import (
     signed,
     unknown,
 )
-from .plan import Made, Plan
-
-if TYPE_CHECKING:
-    from .found import Found
+from .found import Found, Made
+from .plan import Plan
 
 NEAR = 1e-3  # of the arm: how close to the margin counts as a contact
 

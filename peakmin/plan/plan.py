@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, field
-from functools import cache, cached_property
-from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,29 +41,9 @@ from .document import (
     signed,
     unknown,
 )
-
-if TYPE_CHECKING:
-    from .found import Found
-
+from .found import Found, Made
 
 NEARLY = 1e-7  # relative: how far the multipliers' own bound may be below the best at the plan's times
-
-
-@cache
-def _versions() -> dict[str, str]:
-    return {name: version(name) for name in ("peakmin", "cvxpy", "clarabel", "numpy")}
-
-
-@dataclass(frozen=True)
-class Made:
-    """How a plan was made: programs compiled and solved, boxes of obstacle times looked at, seconds, versions."""
-
-    solver: str
-    compilations: int
-    solves: int
-    nodes: int
-    seconds: float
-    versions: dict[str, str] = field(default_factory=lambda: dict(_versions()))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

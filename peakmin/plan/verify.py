@@ -16,9 +16,9 @@ from ..scenes.kept import Kept
 from ..spec.control_set import Disc, Polygon
 from ..spec.reading import short
 from ..spec.settings import Bisection, Settings
+from .answer import status_of
 from .arm_plan import ArmPlan
 from .document import ArmDocument, PointDocument, digest, made_of, stated
-from .found import status_of
 from .plan import Plan
 
 SAME = 1e-9  # relative difference up to which a number counts as the one stated

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import itertools
 import json
-import time
+import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from ..deadline import over
-from ..plan.arm_plan import ArmPlan
+from ..deadline import after, over
 from ..plan.plan import Plan
 from ..search.solve import solve
 from ..spec.settings import Settings
@@ -73,21 +72,26 @@ def explain(task: Task, settings: Settings | None = None) -> Explanation | None:
     return explained(solve(task, settings))
 
 
-def explained(plan: Plan | ArmPlan) -> Explanation | None:
-    """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
+def explained(plan: Plan, stopped: threading.Event | None = None) -> Explanation | None:
+    """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves.
+
+    Args:
+        stopped: to be set when it is to end with what it has.
+    """
     if plan.status != "infeasible":
         return None
-    return why_not(plan.maneuver, plan.settings, plan.lower_bound)
+    limit = min(TIME_LIMIT, plan.settings.time_limit or TIME_LIMIT)
+    return why_not(plan.maneuver, plan.settings, plan.lower_bound, after(limit, stopped))
 
 
-def why_not(task: Task, settings: Settings, proved: float, time_limit: float = TIME_LIMIT) -> Explanation | None:
+def why_not(task: Task, settings: Settings, proved: float, until: float) -> Explanation | None:
     """Why a task is impossible and what would help; None where it is not proved so.
 
     Args:
         proved: a lower bound [m/s^2] that is known of it.
-        time_limit: seconds after which no more repairs are looked for.
+        until: a deadline, after which no more repairs are looked for.
     """
-    trials = Trials(settings, time.perf_counter() + min(time_limit, settings.time_limit or time_limit))
+    trials = Trials(settings, until)
     reasons = REASONS[task.kind](task, proved, trials)
     if not reasons.refuted(reasons.entries):
         return None

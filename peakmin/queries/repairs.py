@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
-from ..deadline import left, over
+from ..deadline import left, over, stopped_by
 from ..errors import SpecError
 from ..search.solve import solve
 from ..spec.settings import Settings
@@ -72,7 +72,8 @@ class Trials:
         if left(self.until) <= 0:
             return Tried("unknown", math.inf, 0.0)
         try:
-            plan = solve(task, limited(settings or self.settings, self.until))
+            own = limited(settings or self.settings, self.until)
+            plan = solve(task, own, stopped=stopped_by(self.until))
         except SpecError:
             return Tried("refused", math.inf, 0.0)
         return Tried(plan.status, plan.peak, plan.lower_bound)

@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import shapely
 
 from ..errors import SpecError
 from ..geometry.trapezoids import Gap, Interval, edges_of, heights, lines_through, snapped, trapezoids
@@ -69,8 +70,6 @@ class Cells:
     @cached_property
     def solid(self) -> list[Array]:
         """The rings of all blocks together, (n, 2) each: a point is in a block where it is inside an odd number."""
-        import shapely
-
         parts = [shapely.Polygon(rings[0], rings[1:]) for rings in self.rings]
         joined = shapely.unary_union(parts)
         polygons = [part for part in getattr(joined, "geoms", [joined]) if part.geom_type == "Polygon"]
@@ -157,8 +156,6 @@ class Cells:
     @cached_property
     def _region(self) -> tuple[Any, float] | None:
         """The region in the frame, a polygon, and the extent of it and of everything else [m]; or None."""
-        import shapely
-
         if self.maneuver.region is None:
             return None
         corners = self.frame.position(np.array(self.maneuver.region))
@@ -166,8 +163,6 @@ class Cells:
 
     def _in_region(self, gap: Gap) -> bool:
         """Whether a path that keeps the region can be in the gap, but for rounding errors."""
-        import shapely
-
         if self._region is None:
             return True
         region, extent = self._region

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
+from scipy.optimize import minimize
 
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Block, Wall
@@ -42,8 +44,6 @@ def least_way(maneuver: Maneuver) -> float:
 
     least at the ends of each s_i. A path no longer than the one found has s_i <= |tip_i - start| + its length.
     """
-    from scipy.optimize import minimize
-
     walls, start, goal = maneuver.walls, np.array(maneuver.start.position), np.array(maneuver.goal.position)
     tips = np.array([wall.tip for wall in walls]).reshape(-1, 2)
     free = np.array([-np.array(wall.direction) / math.hypot(*wall.direction) for wall in walls]).reshape(-1, 2)
@@ -90,8 +90,6 @@ def _too_far(maneuver: Maneuver) -> Impossible | None:
 def _cut_off(maneuver: Maneuver) -> Impossible | None:
     if maneuver.region is None:
         return None
-    import shapely
-
     # seen from the start, so that places far from the origin are as exact as their numbers
     start = np.array(maneuver.start.position)
     region = shapely.Polygon(np.array(maneuver.region) - start)
@@ -108,8 +106,6 @@ def _cut_off(maneuver: Maneuver) -> Impossible | None:
 def _closed(maneuver: Maneuver) -> Impossible | None:
     if maneuver.region is None or not maneuver.blocks:
         return None
-    import shapely
-
     start = np.array(maneuver.start.position)
     size = math.hypot(*np.ptp(np.array(maneuver.region), axis=0))
     slack = SLACK * size + _rounding(maneuver)

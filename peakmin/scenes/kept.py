@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 
 from ..geometry.clearance import block_clearance, pieces, wall_clearance
 from ..geometry.trajectory import HoldTrajectory, Trajectory
@@ -185,8 +186,6 @@ def closed_behind(maneuver: Maneuver, far: float) -> tuple[Array, ...]:
     the way is left out at that end, behind a block that reaches further: who is behind it there comes from before the
     start, or is seen behind it a little later.
     """
-    import shapely
-
     start, goal = np.array(maneuver.start.position), np.array(maneuver.goal.position)
     if not maneuver.blocks or not np.any(goal - start):
         return ()

@@ -15,8 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..deadline import part
+from ..plan.answer import plan_of
 from ..plan.arm_plan import ArmPlan
-from ..plan.found import Found, plan_of
+from ..plan.found import Found
 from ..proofs.branch_and_bound import Certificate
 from ..proofs.double_integrator import PointMass
 from ..proofs.frontier import Frontier

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from dataclasses import dataclass, field
 
 from ..deadline import after
 from ..geometry.trajectory import Trajectory
-from ..plan.found import Found
-from ..plan.plan import Made
+from ..plan.found import Found, Made
 from ..programs.least_peak import LeastPeak
 from ..programs.program import Count, Programs
 from ..scenes.kinds import PointProof
@@ -29,14 +29,21 @@ class Job:
     began: float = field(default_factory=time.perf_counter)
 
     @classmethod
-    def begun(cls, settings: Settings, progress: Progress | None, programs: Programs | None) -> Job:
+    def begun(
+        cls,
+        settings: Settings,
+        progress: Progress | None = None,
+        programs: Programs | None = None,
+        stopped: threading.Event | None = None,
+    ) -> Job:
         """A job that begins now.
 
         Args:
             progress: called with (done, total).
             programs: where compiled programs are taken from; default a place of its own.
+            stopped: once it is set, the time is over.
         """
-        return cls(settings, after(settings.time_limit), progress, programs or Programs())
+        return cls(settings, after(settings.time_limit, stopped), progress, programs or Programs())
 
     def least(self, maneuver: Maneuver, circle: Disc | Polygon | None = None) -> LeastPeak:
         """M over the obstacle times of a maneuver; `circle`: in place of the settings' own."""

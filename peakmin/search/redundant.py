@@ -14,8 +14,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 
 from ..deadline import OverError, over
+from ..plan.answer import plan_of
 from ..plan.arm_plan import ArmPlan
-from ..plan.found import Found, plan_of
+from ..plan.found import Found
 from ..proofs.branch_and_bound import least_over_times
 from ..proofs.double_integrator import PointMass
 from ..robots.joints import JointPath, steadiest

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 from typing import overload
 
 from ..deadline import part
 from ..errors import SpecError
+from ..plan.answer import plan_of
 from ..plan.arm_plan import ArmPlan
-from ..plan.found import plan_of
 from ..plan.plan import Plan
 from ..programs.program import Programs
 from ..proofs.bounds import Proof
@@ -36,6 +37,7 @@ def solve(
     settings: Settings | None = ...,
     progress: Progress | None = ...,
     programs: Programs | None = ...,
+    stopped: threading.Event | None = ...,
 ) -> Plan: ...
 @overload
 def solve(
@@ -43,6 +45,7 @@ def solve(
     settings: Settings | None = ...,
     progress: Progress | None = ...,
     programs: Programs | None = ...,
+    stopped: threading.Event | None = ...,
 ) -> ArmPlan: ...
 @overload
 def solve(
@@ -50,12 +53,14 @@ def solve(
     settings: Settings | None = ...,
     progress: Progress | None = ...,
     programs: Programs | None = ...,
+    stopped: threading.Event | None = ...,
 ) -> Plan: ...
 def solve(
     task: Task,
     settings: Settings | None = None,
     progress: Progress | None = None,
     programs: Programs | None = None,
+    stopped: threading.Event | None = None,
 ) -> Plan:
     """The motion of least peak base reaction force, with its proof.
 
@@ -64,13 +69,14 @@ def solve(
         settings: how; default an exact disc, 200 aligned holds, M as a variable, a global search to a gap of 1e-6.
         progress: called with (done, total).
         programs: where compiled programs are taken from; default a place of its own.
+        stopped: to be set when the search is to end with the best it has, as its time limit ends it.
 
     Raises:
         SpecError: when the settings do not fit the task.
     """
     settings = settings or Settings()
     refuse_unfit(task, settings)
-    scene, job = scene_of(task), Job.begun(settings, progress, programs)
+    scene, job = scene_of(task), Job.begun(settings, progress, programs, stopped)
     if scene.kind == "arm":
         return arm_plan(scene, job)
     return _point_plan(scene, job)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,7 +17,8 @@ from ..deadline import over, part
 from ..errors import SpecError
 from ..files import csv_text
 from ..geometry.trajectory import Trajectory
-from ..plan.found import Found, plan_of
+from ..plan.answer import plan_of
+from ..plan.found import Found
 from ..plan.plan import Plan
 from ..programs.least_peak import LeastPeak
 from ..programs.program import Programs
@@ -95,6 +97,7 @@ def sweep(
     times: ArrayLike | None = None,
     progress: Progress | None = None,
     programs: Programs | None = None,
+    stopped: threading.Event | None = None,
 ) -> Sweep:
     """The least M at every obstacle time of a sweep (the paper's outer loop): one compilation, then re-solves.
 
@@ -106,6 +109,7 @@ def sweep(
         times: obstacle times [s] to use instead, shape (points,) or (points, q).
         progress: called with (done, total) after every point.
         programs: where compiled programs are taken from; default a place of its own.
+        stopped: to be set when the sweep is to end with the times that are done.
 
     Raises:
         SpecError: when the settings or times do not fit the maneuver.
@@ -116,7 +120,7 @@ def sweep(
     refuse_other(maneuver, Maneuver)
     walls_only(maneuver, "a sweep")
     refuse_unfit(maneuver, settings)
-    return swept(scene_of(maneuver), Job.begun(settings, progress, programs), times)
+    return swept(scene_of(maneuver), Job.begun(settings, progress, programs, stopped), times)
 
 
 def swept(scene: PointScene, job: Job, times: ArrayLike | None = None) -> Sweep:

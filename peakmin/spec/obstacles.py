@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
+import shapely
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from ..types import Array
@@ -49,8 +50,6 @@ class Wall(Model):
 
 
 def _corners(vertices: tuple[Vector, ...]) -> tuple[Vector, ...]:
-    import shapely
-
     if len(vertices) > 3 and vertices[0] == vertices[-1]:  # a closed ring
         vertices = vertices[:-1]
     for i, (a, b) in enumerate(zip(vertices, (*vertices[1:], vertices[0]), strict=True)):
@@ -89,8 +88,6 @@ class Block(Model):
         Args:
             origin: [m], from where the corners are seen.
         """
-        import shapely
-
         corners = np.array(self.vertices) - origin
         polygon: Any = shapely.Polygon(corners)
         if margin > 0 and polygon.convex_hull.equals(polygon):
@@ -111,8 +108,6 @@ class Block(Model):
             margin: [m].
             across: unit vector (2,) away from the side on which the path goes.
         """
-        import shapely
-
         corners, push = self.grown(margin)[0], far * across
         polygon, after = shapely.Polygon(corners), np.roll(corners, -1, axis=0)
         parts = [shapely.Polygon([a, b, b + push, a + push]) for a, b in zip(corners, after, strict=True)]
@@ -121,8 +116,6 @@ class Block(Model):
 
     def holds(self, point: Vector, margin: float) -> bool:
         """Whether the point is nearer than the margin [m], or inside."""
-        import shapely
-
         polygon, at = shapely.Polygon(self.vertices), shapely.Point(point)
         return bool(polygon.contains(at)) or bool(polygon.distance(at) < margin * (1 - 1e-12))
 
@@ -168,8 +161,6 @@ def convex(corners: tuple[Vector, ...]) -> tuple[Vector, ...]:
 
 def covers(region: tuple[Vector, ...], point: Vector) -> bool:
     """Whether the point lies in the polygon or on its edge."""
-    import shapely
-
     return bool(shapely.Polygon(region).covers(shapely.Point(point)))
 
 

@@ -10,17 +10,14 @@ import re
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from ..errors import SpecError
 from .model import Model
 from .reading import load, named, of_kind, read_file
-from .spec import Spec, known_version, spec_of
-
-if TYPE_CHECKING:
-    from .spec import ArmSpec
+from .spec import AnySpec, known_version, spec_of
 
 MOST_ROWS = 100_000
 EXAMPLE = "maneuver.obstacles[0].tip[1]"
@@ -108,7 +105,7 @@ class StudySpec(Model):
         return [{**one, **more} for one in crossed for more in together]
 
     @cached_property
-    def specs(self) -> tuple[Spec | ArmSpec, ...]:
+    def specs(self) -> tuple[AnySpec, ...]:
         """The spec of each row."""
         return tuple(self._spec(i, row) for i, row in enumerate(self.varied))
 
@@ -120,7 +117,7 @@ class StudySpec(Model):
         except SpecError:
             return self.base  # what it lacks may be what varies
 
-    def _spec(self, i: int, row: Mapping[str, Any]) -> Spec | ArmSpec:
+    def _spec(self, i: int, row: Mapping[str, Any]) -> AnySpec:
         data = copy.deepcopy(self.base)
         for path, value in row.items():
             if not _put(data, self._filled, path, value):

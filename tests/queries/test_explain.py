@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import peakmin as pm
+from peakmin.deadline import after
 from peakmin.cli import main
 from peakmin.proofs.branch_and_bound import least_over_times
 from peakmin.queries.explain import why_not
@@ -203,7 +204,7 @@ def test_what_refuted_is_what_is_said_even_when_the_time_is_over():
     """Nine blocks in two seconds: the bound in the words is above max_peak, and nothing was found in this time."""
     spec = read_spec(Path(__file__).parent.parent.parent / "examples" / "cluttered.json")
     asked = spec.maneuver.model_copy(update={"max_peak": 2.2759})
-    why = why_not(asked, pm.Settings(time_limit=0.3), proved=2.346)
+    why = why_not(asked, pm.Settings(), 2.346, after(0.3))
     assert "max_peak 2.2759 m/s² is below 2.346 m/s²" in why.because
     assert why.repairs == ()
     assert not why.complete
@@ -223,7 +224,7 @@ def test_walls_that_cannot_be_neighbours_are_not_left_alone_with_each_other(monk
     walls = [pm.Wall(tip=(0.5, 0.2)), pm.Wall(tip=(0.6, 0.3), direction=(0.01, -1)), pm.Wall(tip=(0.5, 0.3))]
     settings = pm.Settings(grid=pm.Aligned(steps=40), search=pm.GlobalSearch(gap=0.02))
     monkeypatch.setattr(PointReasons, "repairs", lambda *_: iter(()))
-    why = why_not(maneuver(obstacles=walls, max_peak=5.5), settings, proved=5.6)
+    why = why_not(maneuver(obstacles=walls, max_peak=5.5), settings, 5.6, after(60))
     assert why.conflict == ("obstacles[1]", "max_peak", "duration")
 
 

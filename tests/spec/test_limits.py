@@ -237,10 +237,12 @@ def test_ctrl_c_in_the_library_is_left_alone():
     """Only the terminal takes it for the end of the time."""
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     with deadline.ended_by_interrupt() as pressed:
-        assert not deadline.over(np.inf)
+        until = deadline.after(None, pressed)
+        assert not deadline.over(until)
         signal.raise_signal(signal.SIGINT)
         assert pressed.is_set()
-        assert deadline.over(np.inf)
+        assert deadline.over(until)
+        assert not deadline.over(np.inf)
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -1,0 +1,76 @@
+"""What a search found becomes a plan: solved only if it passes its own checks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, overload
+
+import numpy as np
+
+from ..geometry.trajectory import Trajectory
+from ..proofs.bounds import Leaf, Proof
+from ..proofs.check import check_motion
+from ..proofs.double_integrator import PointMass
+from ..robots.joints import JointPath
+from ..scenes.kinds import ArmScene, PointScene
+from ..spec.settings import Settings
+from .arm_plan import ArmPlan
+from .document import Status
+from .found import Found
+from .plan import Plan
+
+PLANS: dict[str, type[Plan]] = {"point": Plan, "arm": ArmPlan}  # by the kind of task
+
+
+@overload
+def plan_of(scene: PointScene, settings: Settings, found: Found[Trajectory]) -> Plan: ...
+@overload
+def plan_of(scene: ArmScene, settings: Settings, found: Found[JointPath]) -> ArmPlan: ...
+def plan_of(scene: Any, settings: Settings, found: Found[Any]) -> Plan:
+    """The plan of what was found: "solved" only if it passes its own checks."""
+    mass = PointMass.of(found.crossing)
+    if found.multipliers is None:
+        found = replace(found, multipliers=np.zeros((2 + mass.walls, 2)))
+    if found.proof is None:
+        found = replace(found, proof=proof_at(mass, found))
+    if found.motion is not None and not _follows(scene, found):
+        found = replace(found, motion=None, peak=math.inf, kept=None)
+    if found.motion is not None and found.kept is None:
+        found = replace(found, kept=scene.kept(found.motion))
+    assert found.proof is not None
+    bound = scene.bound(found.proof, found.crossing, found.times)
+    closed = math.isinf(bound) or scene.impossible() is not None
+    kept = found.kept is not None and found.kept.passed
+    status = status_of(kept and found.peak <= scene.task.limit, bound > scene.task.limit, found.proof.scope, closed)
+    plan = PLANS[scene.task.kind].of(scene, settings, status, bound, found)
+    if found.kept is not None:
+        vars(plan)["kept"] = found.kept  # proved a moment ago
+    return plan
+
+
+def proof_at(mass: PointMass, found: Found[Any]) -> Proof:
+    """That of the bound which the multipliers prove at the times found."""
+    assert found.multipliers is not None
+    place = tuple((found.times / mass.time).tolist())
+    return Proof("these" if mass.walls else "all", (Leaf(place, place, found.multipliers, place),))
+
+
+def status_of(kept: bool, refuted: bool, scope: str, closed: bool) -> Status:
+    """The status of a plan.
+
+    Args:
+        kept: whether there is a motion that keeps all that was asked, `max_peak` too.
+        refuted: whether the bound is above `max_peak`;  scope: what it covers.
+        closed: whether it is proved that there is no motion.
+    """
+    if closed or (refuted and scope == "all"):
+        return "infeasible"
+    return "solved" if kept else "unknown"
+
+
+def _follows(scene: Any, found: Found[Any]) -> bool:
+    """Whether the motion leads from start to goal, crosses the walls when it should, and keeps its peak."""
+    motion = scene.centre(found.motion)
+    joins = scene.joins(found.motion, found.indices)
+    return joins and check_motion(found.crossing, motion, found.times, found.peak).passed
