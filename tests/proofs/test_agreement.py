@@ -4,7 +4,6 @@
 """
 
 import itertools
-import os
 
 import numpy as np
 import pytest
@@ -14,12 +13,11 @@ from peakmin.proofs.bounds import global_bound
 from peakmin.proofs.branch_and_bound import least_over_times
 from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
+from tests.conftest import ALL
 from tests.random_maneuvers import maneuver
 
 pytestmark = pytest.mark.uncounted
-EVERY, OFTEN = (1, 1) if os.environ.get("PEAKMIN_SEEDS") == "all" else (50, 20)
-FIRST = 0 if EVERY == 1 else 3  # of each chunk
-CHUNKS = 10  # of 50 seeds each
+CHUNKS = [range(k, k + 50) for k in range(0, 500, 50)]
 NODES = {1: 300, 2: 40, 3: 20}
 POINTS = {1: 40, 2: 10, 3: 7}
 
@@ -44,9 +42,9 @@ def dense_sweep(mass):
     return min(float(near.fun), min(values))
 
 
-@pytest.mark.parametrize("chunk", range(CHUNKS))
-def test_branch_and_bound_agrees_with_a_dense_sweep(chunk):
-    for seed in range(50 * chunk + FIRST, 50 * chunk + 50, EVERY):
+@pytest.mark.parametrize("seeds", CHUNKS if ALL else [[seed] for seed in range(3, 500, 100)], ids=str)
+def test_branch_and_bound_agrees_with_a_dense_sweep(seeds):
+    for seed in seeds:
         mass = PointMass.of(maneuver(seed))
         found = least_over_times(mass, 1e-6, node_limit=NODES[mass.walls])
         swept = dense_sweep(mass)
@@ -56,10 +54,9 @@ def test_branch_and_bound_agrees_with_a_dense_sweep(chunk):
         assert found.best.upper <= swept * (1 + 1e-6), (seed, mass.walls, found.best.upper / swept - 1, found.complete)
 
 
-@pytest.mark.parametrize("chunk", range(CHUNKS))
-def test_one_wall_is_certified(chunk):
-    """A gap of 1e-6; of all 500 at most one in every fifty states more, of the sample one in every five."""
-    seeds = range(50 * chunk, 50 * chunk + 50, OFTEN)
+@pytest.mark.parametrize("seeds", CHUNKS if ALL else [range(10, 400, 20)], ids=str)
+def test_one_wall_is_certified(seeds):
+    """A gap of 1e-6; of all 500 at most one in every fifty states more, of the sample one."""
     found = [least_over_times(PointMass.of(maneuver(seed, walls=1)), 1e-6, node_limit=300) for seed in seeds]
     assert all(one.complete == (one.gap <= 1e-6) or one.nodes >= 300 for one in found)
     assert sum(not one.complete for one in found) <= 1
