@@ -13,7 +13,7 @@ import peakmin as pm
 from peakmin import paper
 from peakmin.errors import SpecError
 from peakmin.view import curves, maps, paths, pictures, sketches
-from peakmin.view.style import WALL
+from peakmin.view.style import WALL, png, sheet
 from tests.conftest import least, wall_maneuver
 
 
@@ -36,6 +36,17 @@ def test_a_continuous_control_is_drawn_as_a_curve_that_reaches_the_peak():
     line = curves.control(plan, axis=1).get_lines()[0]
     assert len(line.get_xdata()) > 500
     assert np.max(np.abs(line.get_ydata())) == pytest.approx(plan.peak, rel=1e-3)
+    plt.close("all")
+
+
+def test_holds_are_drawn_as_steps_to_the_end():
+    plan = pm.solve(wall_maneuver(), pm.Settings(grid=pm.Aligned(steps=10), search={"kind": "global", "gap": 1e-2}))
+    line = curves.control(plan, axis=0).get_lines()[0]
+    assert line.get_drawstyle() == "steps-post"
+    t, u = line.get_data()
+    assert np.array_equal(t, plan.times)
+    assert np.array_equal(u[:-1], plan.trajectory.control[:, 0])
+    assert u[-1] == u[-2]
     plt.close("all")
 
 
@@ -130,6 +141,55 @@ def test_a_plan_without_a_control_shows_its_obstacles():
     plan = pm.solve(maneuver, pm.Settings(search={"kind": "global", "gap": 1e-2}))
     plan = replace(plan, trajectory=None)
     assert labels(paths.path(plan)) == {"wall", "start", "goal"}
+    plt.close("all")
+
+
+@pytest.mark.parametrize("kind", ["point", "arm"])
+def test_a_plan_without_a_motion_has_one_picture_of_its_place(kind):
+    plan = arm_plan() if kind == "arm" else pm.solve(wall_maneuver(), pm.Settings(grid=pm.Aligned(steps=10)))
+    assert plan.kind == kind
+    with_motion = pictures.figures(plan)
+    assert len(with_motion["plan"].axes) == {"point": 2, "arm": 4}[kind]
+    without = pictures.figures(replace(plan, **{"joints" if kind == "arm" else "trajectory": None}))
+    assert list(without) == ["plan"]
+    (ax,) = without["plan"].axes
+    assert labels(ax) == {"point": {"wall", "start", "goal"}, "arm": {"obstacle", "margin", "base"}}[kind]
+    plt.close("all")
+
+
+def test_a_picture_is_the_same_bytes_again_and_names_no_software():
+    first, again = (png(sheet(sketches.flowchart, sketches.flowchart, size=(6, 3))) for _ in range(2))
+    assert first == again
+    picture = Image.open(io.BytesIO(first))
+    assert picture.size == (900, 450)
+    assert not {name for name in picture.info if name != "dpi"}
+    assert not plt.get_fignums()
+
+
+def test_the_path_of_an_arm_shows_what_it_can_reach():
+    links, poses = [pm.Link(length=1, mass=1), pm.Link(length=0.8, mass=0.8)], ([0.2, 0.6], [1.4, 0.7])
+    start, goal = (pm.Pose(joints=joints) for joints in poses)
+    plan = pm.solve(pm.ArmManeuver(arm=pm.Arm(links=links), start=start, goal=goal, duration=1.0))
+    ax = paths.arm_path(plan)
+    assert {"path of the centre of mass", "acceleration", "start", "goal", "outer reach"} <= labels(ax)
+    (edge,) = [line for line in ax.lines if line.get_label() == "outer reach"]
+    radius = np.hypot(*(np.array(edge.get_data()) - np.array(plan.joints.chain.base)[:, None]))
+    assert radius == pytest.approx(plan.joints.chain.reach[1])
+    plt.close("all")
+
+
+@pytest.mark.parametrize("named", ["plan", "arm", "sweep", "budget"])
+def test_what_plots_itself_finds_its_painter(named):
+    settings = pm.Settings(grid=pm.Aligned(steps=10))
+    drawn = {
+        "plan": lambda: pm.solve(wall_maneuver(), settings),
+        "arm": arm_plan,
+        "sweep": lambda: pm.sweep(wall_maneuver(), settings, times=[0.4, 0.5]),
+        "budget": lambda: pm.error_budget(wall_maneuver(), settings),
+    }[named]()
+    ax = plt.figure().add_subplot()
+    assert drawn.plot(ax) is ax
+    assert ax.get_legend() is not None
     plt.close("all")
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import peakmin as pm
 from peakmin import cli
+from tests.robots.test_flood import between_bars
 from tests.search.test_scenes import assert_free
 
 EXAMPLES = sorted(
@@ -110,6 +111,25 @@ def test_bad_input_is_one_line_and_exit_status_2(spec, tmp_path, capsys):
         assert (status, out) == (2, "")
         assert err.count("\n") == 1
         assert "Traceback" not in err
+
+
+def test_a_refused_spec_does_not_wait_for_what_solves_and_draws(spec):
+    code = (
+        "import sys\nfrom peakmin.cli import main\ntry:\n    main()\n"
+        "finally:\n    print(sorted({'cvxpy.expressions', 'matplotlib.axes'} & set(sys.modules)))"
+    )
+    child = [sys.executable, "-c", code, "solve", str(spec(duration=0))]
+    result = subprocess.run(child, capture_output=True, text=True, timeout=60, check=False)
+    assert (result.returncode, result.stdout) == (2, "[]\n")
+
+
+def test_numbers_that_are_none_are_null(tmp_path, capsys):
+    task = between_bars(0.75, -1.8)  # no way at all: neither the peak nor its bound is a number
+    (tmp_path / "plan.json").write_text(pm.solve(task).to_json())
+    status, out, _ = call(capsys, "verify", tmp_path / "plan.json", "--json")
+    document = json.loads(out, parse_constant=pytest.fail)
+    assert (status, document["verified"]) == (0, True)
+    assert document["peak"] is document["lower_bound"] is None
 
 
 def test_wrong_usage_is_exit_status_2(capsys):
