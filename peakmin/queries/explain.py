@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from ..deadline import over
-from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
 from ..search.solve import solve
 from ..spec.settings import Settings
@@ -73,7 +72,7 @@ def explain(task: Task, settings: Settings | None = None) -> Explanation | None:
     return explained(solve(task, settings))
 
 
-def explained(plan: Plan | ArmPlan) -> Explanation | None:
+def explained(plan: Plan) -> Explanation | None:
     """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
     if plan.status != "infeasible":
         return None
