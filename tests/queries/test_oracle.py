@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import peakmin as pm
-from peakmin.plan.document import of
 from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
 from tests.conftest import wall_maneuver
@@ -176,7 +175,7 @@ def test_slopes_that_are_not_known_are_no_numbers_and_null_in_files(times):
     there = dataclasses.replace(plan, obstacle_times=np.array(times))
     assert np.all(np.isnan(there.sensitivities.obstacle_times))
     assert np.all(np.isfinite(there.sensitivities.tips))
-    assert of(there)["sensitivities"]["obstacle_times"] == [None, None]
+    assert there.document()["sensitivities"]["obstacle_times"] == [None, None]
     idle = dataclasses.replace(there, multipliers=plan.multipliers * [[1], [1], [1], [0]])
     assert idle.sensitivities.obstacle_times[1] == 0  # a wall that does not push has no say
 
