@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from .spec.control_set import Disc, Polygon
 from .spec.maneuver import Maneuver, State
 from .spec.obstacles import Block, Wall
 from .spec.settings import Bisection, Settings, SweepSearch, Uniform
-from .types import Array, Axes, Progress
+from .types import Array, Axes, Json, Progress
 from .view import curves, paths, sketches
 from .view.style import png, sheet
 
@@ -105,7 +104,7 @@ class Paper:
         """Whether every row of table 1 agrees with the paper."""
         return all(row.agrees for row in self.rows)
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> Json:
         """The results as plain JSON data."""
         return {
             "version": 1,

@@ -5,6 +5,9 @@ In the plane, where most of the work is, written out: the same digits, several t
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
+
 import numpy as np
 
 from ..types import Array
@@ -25,6 +28,11 @@ def norm(a: Array) -> Array:
     if a.shape[-1] == 2:
         return np.asarray(np.hypot(a[..., 0], a[..., 1]))
     return np.asarray(np.hypot.reduce(a, axis=-1))
+
+
+def length(vector: Iterable[float]) -> float:
+    """|vector| of one vector of any dimension, as a number."""
+    return math.hypot(*vector)
 
 
 def across(c: Array, p: Array) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, overload
 
@@ -13,25 +14,25 @@ from ..proofs.bounds import Leaf, Proof
 from ..proofs.check import check_motion
 from ..proofs.double_integrator import PointMass
 from ..robots.joints import JointPath
-from ..scenes.kinds import ArmScene, PointScene
+from ..scenes.kinds import ArmScene, PointScene, Setting
 from ..spec.settings import Settings
 from .arm_plan import ArmPlan
 from .document import Status
 from .found import Found
 from .plan import Plan
 
-PLANS: dict[str, type[Plan]] = {"point": Plan, "arm": ArmPlan}  # by the kind of task
+PLANS: dict[str, Callable[..., Plan]] = {"point": Plan.of, "arm": ArmPlan.of}  # by the kind of task
 
 
 @overload
 def plan_of(scene: PointScene, settings: Settings, found: Found[Trajectory]) -> Plan: ...
 @overload
 def plan_of(scene: ArmScene, settings: Settings, found: Found[JointPath]) -> ArmPlan: ...
-def plan_of(scene: Any, settings: Settings, found: Found[Any]) -> Plan:
+def plan_of(scene: Setting[Any, Any], settings: Settings, found: Found[Any]) -> Plan:
     """The plan of what was found: "solved" only if it passes its own checks."""
     mass = PointMass.of(found.crossing)
     if found.multipliers is None:
-        found = replace(found, multipliers=np.zeros((2 + mass.walls, 2)))
+        found = replace(found, multipliers=np.zeros((2 + mass.walls, mass.dimension)))
     if found.proof is None:
         found = replace(found, proof=proof_at(mass, found))
     if found.motion is not None and not _follows(scene, found):
@@ -43,13 +44,13 @@ def plan_of(scene: Any, settings: Settings, found: Found[Any]) -> Plan:
     closed = math.isinf(bound) or scene.impossible() is not None
     kept = found.kept is not None and found.kept.passed
     status = status_of(kept and found.peak <= scene.task.limit, bound > scene.task.limit, found.proof.scope, closed)
-    plan = PLANS[scene.task.kind].of(scene, settings, status, bound, found)
+    plan = PLANS[scene.task.kind](scene, settings, status, bound, found)
     if found.kept is not None:
         vars(plan)["kept"] = found.kept  # proved a moment ago
     return plan
 
 
-def proof_at(mass: PointMass, found: Found[Any]) -> Proof:
+def proof_at(mass: PointMass, found: Found[Trajectory]) -> Proof:
     """That of the bound which the multipliers prove at the times found."""
     assert found.multipliers is not None
     place = tuple((found.times / mass.time).tolist())
@@ -69,7 +70,7 @@ def status_of(kept: bool, refuted: bool, scope: str, closed: bool) -> Status:
     return "solved" if kept else "unknown"
 
 
-def _follows(scene: Any, found: Found[Any]) -> bool:
+def _follows(scene: Setting[Any, Any], found: Found[Any]) -> bool:
     """Whether the motion leads from start to goal, crosses the walls when it should, and keeps its peak."""
     motion = scene.centre(found.motion)
     joins = scene.joins(found.motion, found.indices)

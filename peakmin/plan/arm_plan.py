@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +24,7 @@ from ..scenes.passages import Passage
 from ..spec.arm import ArmManeuver, ArmTask
 from ..spec.settings import Settings
 from ..spec.spec import ArmSpec
-from ..types import Array, Axes
+from ..types import Array, Axes, Json
 from .document import (
     ArmDocument,
     PathDocument,
@@ -163,7 +163,7 @@ class ArmPlan(Plan):
         """The arm's poses over its obstacles; see `peakmin.view` for more."""
         return found("peakmin.view.paths:poses")(self, ax=ax)
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> Json:
         """The plan as plain JSON data."""
         task, path = self.maneuver, self.joints
         fields = self._fields()
@@ -210,7 +210,7 @@ class ArmPlan(Plan):
             unknown(document.peak),
             unknown(document.lower_bound),
             arm_proof_of(document.proof, scene.passages),
-            np.zeros((2 + q, 2)),
+            np.zeros((2 + q, len(passage.maneuver.start.position))),
             Made(**document.made.model_dump()),
             document.indices,
             path,

@@ -30,7 +30,7 @@ from ..spec.model import LARGEST, Model, Switch
 from ..spec.obstacles import Wall
 from ..spec.reading import load, short
 from ..spec.spec import ArmSpec, Spec
-from ..types import Array
+from ..types import Array, Json
 
 VERSION: Literal[2] = 2  # of plan documents
 KNOWN = (1, 2)
@@ -215,8 +215,8 @@ class PlanDocument(Model):
     made: MadeDocument
 
     @field_serializer("walls")
-    def _plain_walls(self, walls: list[Wall]) -> list[Any]:
-        return [json.loads(wall.to_json()) for wall in walls]
+    def _plain_walls(self, walls: list[Wall]) -> list[Json]:
+        return [plain(wall) for wall in walls]
 
     def motion(self, maneuver: Maneuver) -> Trajectory | None:
         """The motion that is listed, from the maneuver's start. Raises `ValueError` where it is none."""
@@ -249,8 +249,8 @@ class PointDocument(PlanDocument):
     spec: Spec
 
     @field_serializer("spec")
-    def _plain(self, spec: Spec) -> Any:
-        return json.loads(spec.to_json())
+    def _plain(self, spec: Spec) -> Json:
+        return plain(spec)
 
 
 class ArmDocument(PlanDocument):
@@ -266,11 +266,11 @@ class ArmDocument(PlanDocument):
     spec: ArmSpec
 
     @field_serializer("spec")
-    def _plain(self, spec: ArmSpec) -> Any:
-        return json.loads(spec.to_json())
+    def _plain(self, spec: ArmSpec) -> Json:
+        return plain(spec)
 
 
-def schema() -> dict[str, Any]:
+def schema() -> Json:
     """The JSON Schema of a plan file."""
     either = Annotated[PointDocument | ArmDocument, Field(discriminator="kind")]
     return TypeAdapter[PointDocument | ArmDocument](either).json_schema()
@@ -279,7 +279,7 @@ def schema() -> dict[str, Any]:
 # writing
 
 
-def motion_fields(motion: Trajectory | None, duration: float) -> dict[str, Any]:
+def motion_fields(motion: Trajectory | None, duration: float) -> Json:
     """What a document lists of a motion: a hold motion's nodes, or even samples beside a closed form."""
     if motion is None:
         return dict.fromkeys(("times", "position", "velocity", "acceleration"), ()) | {"costate": None}
@@ -298,14 +298,21 @@ def _costate(motion: Trajectory) -> CostateDocument:
     return CostateDocument(**{name: getattr(motion, name).tolist() for name in CostateDocument.model_fields})
 
 
+def plain(model: Model) -> Json:
+    """A part of a spec as its file has it: what is not given is left out."""
+    data: Json = json.loads(model.to_json())
+    return data
+
+
 def known(value: float) -> float | None:
     """A number, or None where it is not finite."""
     return float(value) if math.isfinite(value) else None
 
 
-def knowns(value: Array | float) -> Any:
+def knowns(value: Array | float) -> list[object] | float | None:
     """Numbers as lists, those that are none as None."""
-    return np.where(np.isnan(value), None, value).tolist()  # type: ignore[call-overload]
+    found: list[object] | float | None = np.where(np.isnan(value), None, value).tolist()  # type: ignore[call-overload]
+    return found
 
 
 def proof_document(proof: Proof | BlockProof | ListedProof) -> LeavesProof | BlocksProof | ListProof:
@@ -338,16 +345,16 @@ def arm_proof_document(proof: ArmProof) -> ArmsProof:
 D = TypeVar("D", bound=PlanDocument)
 
 
-def signed(kind: type[D], **fields: Any) -> dict[str, Any]:
+def signed(kind: type[D], **fields: Any) -> Json:
     """The document with these fields as plain data, with its digest."""
-    data: dict[str, Any] = kind(digest="", **fields).model_dump(mode="json")
+    data: Json = kind(digest="", **fields).model_dump(mode="json")
     made = data.pop("made")
     data["digest"] = digest(data)
     data["made"] = made
     return data
 
 
-def digest(data: Mapping[str, Any]) -> str:
+def digest(data: Json) -> str:
     """SHA-256 of everything but the digest and how the plan was made."""
     kept = {key: value for key, value in data.items() if key not in ("digest", "made")}
     return hashlib.sha256(json.dumps(kept, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
@@ -356,7 +363,7 @@ def digest(data: Mapping[str, Any]) -> str:
 # reading
 
 
-def stated(text: str | bytes) -> tuple[dict[str, Any], dict[str, Any]]:
+def stated(text: str | bytes) -> tuple[Json, Json]:
     """A document's data as the file has them, and as one of version 2. Raises `SpecError` in one line."""
     data = load(text, finite=True)
     version = data.get("version")
@@ -365,7 +372,7 @@ def stated(text: str | bytes) -> tuple[dict[str, Any], dict[str, Any]]:
     return data, data if version == VERSION else _upgraded(data)
 
 
-def _upgraded(data: dict[str, Any]) -> dict[str, Any]:
+def _upgraded(data: Json) -> Json:
     """A document of version 1 as one of version 2, as far as it is one at all."""
     new = {"kind": "point", "costate": None, **data, "version": VERSION}
     proof = data.get("proof")
@@ -376,7 +383,7 @@ def _upgraded(data: dict[str, Any]) -> dict[str, Any]:
     new["proof"] = {"kind": "listed", "branches": proof} if blocks else {"kind": "walls", "leaves": proof}
     if not blocks:
         maneuver = Spec(**data["spec"]).maneuver if isinstance(data.get("spec"), dict) else None
-        new["walls"] = [] if maneuver is None else [json.loads(wall.to_json()) for wall in maneuver.walls]
+        new["walls"] = [] if maneuver is None else [plain(wall) for wall in maneuver.walls]
     return new
 
 
@@ -388,7 +395,7 @@ def read_as(kind: type[D], made: Callable[[D], P], text: str | bytes) -> P:
     return made_of(kind, made, stated(text)[1])
 
 
-def made_of(kind: type[D], made: Callable[[D], P], data: Mapping[str, Any]) -> P:
+def made_of(kind: type[D], made: Callable[[D], P], data: Json) -> P:
     """The same of its data as of version 2."""
     try:
         with np.errstate(all="ignore"):  # a number that is none fails every comparison that it enters
@@ -405,7 +412,7 @@ def unknown(value: float | None) -> float:
     return math.inf if value is None else value
 
 
-def shaped(value: Sequence[Any], *shape: int) -> Array:
+def shaped(value: Sequence[object], *shape: int) -> Array:
     """Numbers as an array of this shape. Raises `ValueError` where they are not of it."""
     found = np.array(value, dtype=float)
     if not found.size and not math.prod(shape):

@@ -39,7 +39,7 @@ class Found(Generic[Motion]):
 
     crossing: the centre of mass's maneuver past q walls;  times: when their lines are crossed [s], (q,);
     motion: of the centre of mass, or of the joints that move it, None where there is none;  peak: bound on its
-    acceleration [m/s^2];  multipliers: L at these times, (2+q, 2), scaled, where they are known;  proof: of a lower
+    acceleration [m/s^2];  multipliers: L at these times, (2+q, d), scaled, where they are known;  proof: of a lower
     bound; without one the multipliers prove it at these times;  indices: of the configurations of an arm's start and
     goal;  kept: what the motion keeps, where it is known.
     """

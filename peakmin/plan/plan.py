@@ -27,7 +27,7 @@ from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Wall
 from ..spec.settings import Settings
 from ..spec.spec import Spec
-from ..types import Array, Axes
+from ..types import Array, Axes, Json
 from .document import (
     PointDocument,
     Status,
@@ -60,7 +60,7 @@ class Plan:
     peak: bound on |acceleration| that the control keeps [m/s^2]; infinite when there is none.
     lower_bound: no control whatsoever has a smaller peak [m/s^2]; `scope` says over which obstacle times.
     proof: what proves it, and can be evaluated anew.
-    multipliers: L at the plan's own obstacle times, shape (2+q, 2), scaled.
+    multipliers: L at the plan's own obstacle times, shape (2+q, d), scaled.
     """
 
     kind: ClassVar[str] = "point"
@@ -178,7 +178,7 @@ class Plan:
         """The path with what stands in its way and where it crosses; `peakmin.view` has more."""
         return found("peakmin.view.paths:path")(self, ax=ax)
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> Json:
         """The plan as plain JSON data; `peakmin.verify` and `from_json` read it."""
         slopes = {name: knowns(value) for name, value in vars(self.sensitivities).items()}
         return signed(
@@ -190,7 +190,7 @@ class Plan:
             spec=Spec(maneuver=self.maneuver, settings=self.settings),
         )
 
-    def _fields(self) -> dict[str, Any]:
+    def _fields(self) -> Json:
         """What the document of any plan has."""
         return {
             "status": self.status,

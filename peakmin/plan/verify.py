@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from ..scenes.kept import Kept
 from ..spec.control_set import Disc, Polygon
 from ..spec.reading import short
 from ..spec.settings import Bisection, Settings
+from ..types import Json
 from .answer import status_of
 from .arm_plan import ArmPlan
 from .document import ArmDocument, PointDocument, digest, made_of, stated
@@ -76,7 +75,7 @@ def verify(text: str | bytes) -> Verification:
     return Verification(plan, math.inf if motion is None else motion.peak(), bound, tuple(found))
 
 
-def plan_stated(data: Mapping[str, Any]) -> Plan | ArmPlan:
+def plan_stated(data: Json) -> Plan | ArmPlan:
     """The plan that a document of version 2 states, of either kind. Raises `SpecError` in one line."""
     if data.get("kind") == "arm":
         return made_of(ArmDocument, ArmPlan.stated_by, data)
@@ -97,7 +96,7 @@ def _kept(plan: Plan, kept: Kept) -> list[str]:
     return found
 
 
-def _apart(data: Mapping[str, Any]) -> Mapping[str, Any]:
+def _apart(data: Json) -> Json:
     """The document with the angles [rad] that a path's spline goes through beside it: their last digit may differ."""
     path = data.get("path")
     others = path.get("others") if isinstance(path, dict) else None
@@ -106,7 +105,7 @@ def _apart(data: Mapping[str, Any]) -> Mapping[str, Any]:
     return {**data, "path": {**path, "others": others[0]}, "others": others[1]}
 
 
-def unlike(data: Mapping[str, Any], again: Mapping[str, Any], units: dict[str, float]) -> list[str]:
+def unlike(data: Json, again: Json, units: dict[str, float]) -> list[str]:
     """Fields that differ from a document written anew; those with units of their own may differ by rounding errors."""
     found = [f"{name}: must {'be left out' if name in data else 'be given'}" for name in sorted(set(data) ^ set(again))]
     for name in sorted(set(data) & set(again) - {"digest", "made"}):

@@ -52,7 +52,7 @@ def bisect(
     Args:
         program: compiled for the maneuver, circle and grid.
         times: obstacle times [s], shape (q,).
-        hint: multipliers (2+q, 2) of a similar problem, a first lower end for verified bisection.
+        hint: multipliers (2+q, d) of a similar problem, a first lower end for verified bisection.
     """
     problem, bracket = _start(program, times)
     if bracket.upper == 0:

@@ -23,7 +23,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 
@@ -34,11 +34,11 @@ from ..proofs.double_integrator import PointMass, hold_rows
 from ..spec.control_set import Disc, Polygon
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Aligned, Uniform
-from ..types import Array
+from ..types import Array, Json
 from .convex import cp
 
 # Tighter than the solvers' defaults: the proofs take what accuracy there is and a bracket shows what is missing.
-OPTIONS: dict[str, dict[str, Any]] = {
+OPTIONS: dict[str, Json] = {
     "CLARABEL": {
         "tol_gap_abs": 1e-9,
         "tol_gap_rel": 1e-9,
@@ -68,14 +68,14 @@ class Count:
     solves: int = 0
 
 
-def hold_constraints(circle: Disc | Polygon, v: Any) -> list[Any]:
+def hold_constraints(circle: Disc | Polygon, v: cp.Variable) -> list[cp.Constraint]:
     """cvxpy constraints that hold each row of v, (steps, d), in the shape: |v_k| <= 1, or a_j . v_k <= inradius."""
     if circle.kind == "disc":
         return [cp.SOC(np.ones(v.shape[0]), v, axis=1)]
     return [v @ circle.normals.T <= circle.inradius]
 
 
-def hold_costate(circle: Disc | Polygon, constraints: list[Any]) -> Array | None:
+def hold_costate(circle: Disc | Polygon, constraints: list[cp.Constraint]) -> Array | None:
     """The p_k that the solved constraints' multipliers stand for, shape (steps, d), up to its sign."""
     dual = constraints[0].dual_value
     if circle.kind == "disc":
@@ -83,7 +83,7 @@ def hold_costate(circle: Disc | Polygon, constraints: list[Any]) -> Array | None
     return None if dual is None else np.asarray(dual @ circle.normals)
 
 
-def options_of(solver: str, until: float = math.inf) -> dict[str, Any]:
+def options_of(solver: str, until: float = math.inf) -> Json:
     """A solver's options, which end it at the deadline."""
     limit = {LIMITS.get(solver, "time_limit"): max(left(until), LEAST_TIME)} if math.isfinite(until) else {}
     return OPTIONS[solver] | limit
@@ -107,13 +107,13 @@ class _Program(ABC):
         self.maneuver, self.circle, self.grid = maneuver, circle, grid
         self.mass = PointMass.of(maneuver)
         self.count = count or Count()
-        self.obstacle_times: Any = (
+        self.obstacle_times: cp.Parameter | None = (
             cp.Parameter(self.mass.walls, name="obstacle_times", pos=True) if self.mass.walls else None
         )
-        self.v: Any = cp.Variable((grid.steps, 2), name="v")
-        self.problem: Any = None
-        self._bound: list[Any] = hold_constraints(self.circle, self.v)
-        self._per_solver: dict[str, Any] = {}
+        self.v: cp.Variable = cp.Variable((grid.steps, self.mass.dimension), name="v")
+        self.problem: cp.Problem
+        self._bound: list[cp.Constraint] = hold_constraints(self.circle, self.v)
+        self._per_solver: Json = {}
 
     def turn_to(self, maneuver: Maneuver, count: Count) -> None:
         """Ask of another maneuver of the same `structure`; nothing is compiled again.
@@ -132,7 +132,9 @@ class _Program(ABC):
             raise SpecError(f"obstacle_times: was {asked.tolist()}, must increase strictly from 0 to {self.mass.time}")
         return self.grid.place(asked / self.mass.time)
 
-    def _build(self, objective: Any, kappa: Any, size: Callable[[], float | None]) -> None:
+    def _build(
+        self, objective: cp.Minimize | cp.Maximize, kappa: cp.Variable | float, size: Callable[[], float | None]
+    ) -> None:
         """The problem with targets kappa * (b(T) * size()); the second factor is a parameter that follows T."""
 
         def targets() -> Array | None:
@@ -145,7 +147,9 @@ class _Program(ABC):
         if not self.problem.is_dcp(dpp=True):
             raise NotDPPError(f"{type(self).__name__} on {self.circle} and {self.grid} is not DPP")
 
-    def _rows(self, kappa: Any, size: Callable[[], float | None], targets: Callable[[], Array | None]) -> list[Any]:
+    def _rows(
+        self, kappa: cp.Variable | float, size: Callable[[], float | None], targets: Callable[[], Array | None]
+    ) -> list[cp.Constraint]:
         q, edges = self.mass.walls, self.grid.edges(np.zeros(0))
 
         def norms() -> Array:  # rows of length one, or first-order solvers stall
@@ -158,7 +162,7 @@ class _Program(ABC):
         def walls_rows() -> Array:
             return np.asarray((hold_rows(edges, self._scaled_times()) / norms())[2:])
 
-        b = cp.CallbackParam(unit_targets, (2 + q, 2))
+        b = cp.CallbackParam(unit_targets, (2 + q, self.mass.dimension))
         fixed = hold_rows(edges, np.zeros(0))
         ends = (fixed / np.linalg.norm(fixed, axis=1, keepdims=True)) @ self.v == kappa * b[:2]
         if not q:
@@ -168,11 +172,11 @@ class _Program(ABC):
         return [ends, walls, *slack]
 
     def _beyond(
-        self, kappa: Any, size: Callable[[], float | None], per_row: Callable[[], Array]
-    ) -> tuple[Any, list[Any]]:
+        self, kappa: cp.Variable | float, size: Callable[[], float | None], per_row: Callable[[], Array]
+    ) -> tuple[cp.Expression, list[cp.Constraint]]:
         """s_i f_i of the clear walls, shape (q, 2), with 0 <= s_i <= kappa * size() * width_i per row."""
         if not np.any(self.mass.clear):
-            return np.zeros((self.mass.walls, 2)), []
+            return np.zeros((self.mass.walls, self.mass.dimension)), []
         s = cp.Variable(int(np.sum(self.mass.clear)), name="s")
         select = np.eye(self.mass.walls)[:, self.mass.clear]
         slack = [s >= 0]
@@ -188,15 +192,19 @@ class _Program(ABC):
                 )
 
             slack.append(s[narrow] <= kappa * cp.CallbackParam(widths, (len(narrow),)))
-        return cp.multiply(select @ cp.reshape(s, (s.size, 1), order="C") @ np.ones((1, 2)), self.mass.free), slack
+        return cp.multiply(
+            select @ cp.reshape(s, (s.size, 1), order="C") @ np.ones((1, self.mass.dimension)), self.mass.free
+        ), slack
 
-    def _segments(self, kappa: Any, size: Callable[[], float | None], targets: Callable[[], Array | None]) -> list[Any]:
+    def _segments(
+        self, kappa: cp.Variable | float, size: Callable[[], float | None], targets: Callable[[], Array | None]
+    ) -> list[cp.Constraint]:
         # in the frame that moves with the start's velocity: there a wall point is its target, whatever the speeds
         q = self.mass.walls
         beyond, constraints = self._beyond(kappa, size, lambda: np.ones(q))
-        b = cp.CallbackParam(targets, (2 + q, 2))
-        points = [np.zeros(2), *(kappa * b[2 + i] + beyond[i] for i in range(q)), kappa * b[0]]
-        speeds = [np.zeros(2), *(cp.Variable(2) for _ in range(q)), kappa * b[1]]
+        b = cp.CallbackParam(targets, (2 + q, self.mass.dimension))
+        points = [np.zeros(self.mass.dimension), *(kappa * b[2 + i] + beyond[i] for i in range(q)), kappa * b[0]]
+        speeds = [np.zeros(self.mass.dimension), *(cp.Variable(self.mass.dimension) for _ in range(q)), kappa * b[1]]
         inner = cp.CallbackParam(self._scaled_times, (q,)) if q else ()  # the duration may change with the maneuver
         ends = [0.0, *(inner[i] for i in range(q)), 1.0]
         first = 0
@@ -248,21 +256,21 @@ class _Program(ABC):
 
     @abstractmethod
     def _control(self) -> Array | None:
-        """The control that the last solve proposes [scaled], shape (steps, 2), or None."""
+        """The control that the last solve proposes [scaled], shape (steps, d), or None."""
 
 
 class FeasibilityProgram(_Program):
     """Is there a control with |u| <= M that passes the walls at these times? (the paper's LP problem)
 
     `problem` is a cvxpy problem; set `M.value` [m/s^2] and `obstacle_times.value` (q,) [s], nothing else, and
-    solve. `v`, shape (steps, 2), is the control in units of M.
+    solve. `v`, shape (steps, d), is the control in units of M.
     """
 
     def __init__(
         self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned, count: Count | None = None
     ) -> None:
         super().__init__(maneuver, circle, grid, count)
-        self.M: Any = cp.Parameter(pos=True, name="M")
+        self.M: cp.Parameter = cp.Parameter(pos=True, name="M")
 
         def size() -> float | None:
             return None if self.M.value is None else self.mass.unit / float(self.M.value)
@@ -283,7 +291,7 @@ class DirectProgram(_Program):
         self, maneuver: Maneuver, circle: Disc | Polygon, grid: Uniform | Aligned, count: Count | None = None
     ) -> None:
         super().__init__(maneuver, circle, grid, count)
-        self.kappa: Any = cp.Variable(name="kappa")
+        self.kappa: cp.Variable = cp.Variable(name="kappa")
         self._sized: tuple[PointMass, bytes, float] | None = None
         self._build(cp.Maximize(self.kappa), self.kappa, self._size)
 

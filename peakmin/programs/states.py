@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -29,24 +28,25 @@ SMALLEST = 1e-9  # kappa below which there is no answer
 class StateProgram:
     """The program at times [scaled], (q,), on holds with edges [scaled], (steps+1,).
 
-    position, velocity: (steps+1, 2) each, and `kappa`, by which all of them are multiplied.
+    position, velocity: (steps+1, d) each, and `kappa`, by which all of them are multiplied.
     """
 
     def __init__(self, mass: PointMass, circle: Disc | Polygon, times: Array, edges: Array) -> None:
         self._problem = HoldProblem(mass, circle, times, edges)
-        self._v, self._share = cp.Variable((len(edges) - 1, 2)), cp.Variable()
+        d = len(mass.v0)
+        self._v, self._share = cp.Variable((len(edges) - 1, d)), cp.Variable()
         self._size = 1.0 / (mass.floor(times) or 1.0)  # keeps the variable near one
         self.mass, self.kappa = mass, self._share * self._size
         v, b, rows = self._v, mass.targets(times), self._problem.rows
-        self.constraints: list[Any] = [*hold_constraints(circle, v), rows[:2] @ v == self.kappa * b[:2]]
+        self.constraints: list[cp.Constraint] = [*hold_constraints(circle, v), rows[:2] @ v == self.kappa * b[:2]]
         for i in range(mass.walls):
             s = cp.Variable(nonneg=True)
-            beyond = s * mass.free[i] if mass.clear[i] else np.zeros(2)
+            beyond = s * mass.free[i] if mass.clear[i] else np.zeros(d)
             self.constraints.append(rows[2 + i] @ v == self.kappa * b[2 + i] + beyond)
             if math.isfinite(mass.width[i]):
                 self.constraints.append(s <= self.kappa * mass.width[i])
-        self.position, self.velocity = r, speed = cp.Variable((len(edges), 2)), cp.Variable((len(edges), 2))
-        dt = np.diff(edges)[:, None] @ np.ones((1, 2))
+        self.position, self.velocity = r, speed = cp.Variable((len(edges), d)), cp.Variable((len(edges), d))
+        dt = np.diff(edges)[:, None] @ np.ones((1, d))
         self.constraints += [
             r[0] == 0,
             speed[0] == self.kappa * mass.v0,
@@ -70,7 +70,7 @@ class StateProgram:
             reached = cp.sum(cp.multiply(normals, self.position[[k for k, _, _ in planes]]), axis=1)
             self.constraints.append(reached >= self.kappa * levels)
 
-    def within(self, vectors: Any, radius: float) -> None:
+    def within(self, vectors: cp.Expression, radius: float) -> None:
         """Ask for |vector| <= kappa radius of every row, (m, 2), of scaled vectors."""
         self.constraints.append(cp.SOC(self.kappa * radius * np.ones(vectors.shape[0]), vectors, axis=1))
 

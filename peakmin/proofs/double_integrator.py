@@ -88,6 +88,11 @@ class PointMass(Units):
         return replace(self, v0=self.v0[k], pf=self.pf[k], vf=self.vf[k], windows=self.windows.only(k))
 
     @property
+    def dimension(self) -> int:
+        """d, of the space that the mass moves in."""
+        return int(self.v0.shape[-1])
+
+    @property
     def walls(self) -> int:
         """Number q of walls."""
         return len(self.windows)

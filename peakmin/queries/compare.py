@@ -16,6 +16,7 @@ import numpy as np
 from scipy.interpolate import BPoly
 from scipy.optimize import minimize
 
+from ..geometry.norm import norm
 from ..geometry.trajectory import SAMPLES, Polynomial
 from ..plan.arm_plan import ArmPlan
 from ..robots.kinematics import unit
@@ -76,7 +77,7 @@ def _joint_quintic(plan: ArmPlan) -> tuple[float, float]:
     across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
     acceleration = chain.c @ (second[..., None] * across - rate[..., None] ** 2 * along)
     clear = np.min(plan.maneuver.workspace.clearance(theta[::10]))
-    return float(np.max(np.hypot(*acceleration.T))), float(clear)
+    return float(np.max(norm(acceleration))), float(clear)
 
 
 def _pieces(plan: ArmPlan, points: Array, times: Array, inner: Array, outer: Array) -> Polynomial:
@@ -146,7 +147,7 @@ def _smooth(plan: ArmPlan, points: Array, began: Array) -> Polynomial:
     t = np.linspace(0, plan.maneuver.duration, 241)
 
     def peak(motion: Polynomial) -> float:
-        return float(np.max(np.hypot(*motion.acceleration(t).T)))
+        return float(np.max(norm(motion.acceleration(t))))
 
     ends = np.array([plan.acceleration(0.0), plan.acceleration(plan.maneuver.duration)])
     return _best(plan, points, began, ends, peak)

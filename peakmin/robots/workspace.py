@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 from ..types import Array
 from .kinematics import Chain, Pair
 
+Geometries = NDArray[np.object_]  # of shapely
 FREE, OPEN, BLOCKED = 1, 0, -1
 PROBES = np.linspace(0.1, 0.9, 5)  # fractions of a link's part inside an obstacle at which its depth is looked for
 FIRST_CELLS = 64
@@ -44,10 +46,10 @@ class Workspace:
         return [shapely.Polygon(corners) for corners in self.obstacles]
 
     @cached_property
-    def _world(self) -> Any:
+    def _world(self) -> BaseGeometry:
         return shapely.union_all(self._polygons)
 
-    def clearance(self, theta: Array, world: Any = None) -> Array:
+    def clearance(self, theta: Array, world: BaseGeometry | None = None) -> Array:
         """Distance [m] of every link from the obstacles, (..., n) -> (..., n); negative where it is inside.
 
         Inside, a point of the link is at least this deep.
@@ -115,7 +117,7 @@ class Contact:
         return f"link {self.link + 1} ({part}) at obstacles[{self.obstacle}] ({self.at[0]:.4f}, {self.at[1]:.4f})"
 
 
-def _depth(lines: Any, world: Any) -> Array:
+def _depth(lines: Geometries, world: BaseGeometry) -> Array:
     """How deep inside some point of each line is [m], zero for a line that only touches."""
     parts = shapely.intersection(lines, world)
     probes = shapely.line_interpolate_point(_longest(parts)[:, None], PROBES, normalized=True)
@@ -126,7 +128,7 @@ def _depth(lines: Any, world: Any) -> Array:
 EMPTY = shapely.LineString()
 
 
-def _longest(parts: Any) -> Any:
+def _longest(parts: Geometries) -> Geometries:
     """The longest line of each geometry; a point where there is none."""
     out = np.array(parts, dtype=object)
     for i in np.flatnonzero(shapely.get_type_id(parts) != shapely.GeometryType.LINESTRING).tolist():

@@ -15,7 +15,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import shapely
@@ -154,7 +153,7 @@ class Cells:
         return self.through(inside) or self.through(every)
 
     @cached_property
-    def _region(self) -> tuple[Any, float] | None:
+    def _region(self) -> tuple[shapely.Polygon, float] | None:
         """The region in the frame, a polygon, and the extent of it and of everything else [m]; or None."""
         if self.maneuver.region is None:
             return None

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 from scipy.optimize import minimize
 
+from ..geometry.norm import length, norm
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Block, Wall
 from ..types import Array
@@ -45,8 +46,8 @@ def least_way(maneuver: Maneuver) -> float:
     least at the ends of each s_i. A path no longer than the one found has s_i <= |tip_i - start| + its length.
     """
     walls, start, goal = maneuver.walls, np.array(maneuver.start.position), np.array(maneuver.goal.position)
-    tips = np.array([wall.tip for wall in walls]).reshape(-1, 2)
-    free = np.array([-np.array(wall.direction) / math.hypot(*wall.direction) for wall in walls]).reshape(-1, 2)
+    tips = np.array([wall.tip for wall in walls]).reshape(-1, len(start))
+    free = np.array([-np.array(wall.direction) / length(wall.direction) for wall in walls]).reshape(-1, len(start))
     widest = np.array([_width(wall) for wall in walls])
     size = float(np.max(np.ptp(np.vstack([start, goal, tips]), axis=0))) or 1.0
 
@@ -54,7 +55,7 @@ def least_way(maneuver: Maneuver) -> float:
         return np.vstack([start, tips + s[:, None] * free, goal])
 
     def length(s: Array) -> float:
-        return float(np.sum(np.hypot(*np.diff(places(s * size), axis=0).T)))
+        return float(np.sum(norm(np.diff(places(s * size), axis=0))))
 
     s = np.zeros(len(walls))
     if len(walls) and np.any(widest > 0):
@@ -62,9 +63,9 @@ def least_way(maneuver: Maneuver) -> float:
         s = minimize(lambda x: length(x) / size, s, method="L-BFGS-B", bounds=bounds).x
     found = length(s)
     step = np.diff(places(s * size), axis=0)
-    y = step / np.maximum(np.hypot(*step.T), 1e-300)[:, None]
+    y = step / np.maximum(norm(step), 1e-300)[:, None]
     slope = np.sum((y[:-1] - y[1:]) * free, axis=1)
-    most = np.minimum(widest, np.hypot(*(tips - start).T) + found) if len(walls) else widest
+    most = np.minimum(widest, norm(tips - start) + found) if len(walls) else widest
     bound = float(np.sum(y * np.diff(places(np.zeros(len(walls))), axis=0)) + np.sum(np.minimum(0.0, slope * most)))
     return max(bound, math.dist(start, goal)) * (1 - SLACK)
 
@@ -93,9 +94,9 @@ def _cut_off(maneuver: Maneuver) -> Impossible | None:
     # seen from the start, so that places far from the origin are as exact as their numbers
     start = np.array(maneuver.start.position)
     region = shapely.Polygon(np.array(maneuver.region) - start)
-    size = math.hypot(*np.ptp(np.array(maneuver.region), axis=0))
+    size = length(np.ptp(np.array(maneuver.region), axis=0))
     for wall, name in zip(maneuver.walls, _names(maneuver, Wall), strict=True):
-        tip, free = np.array(wall.tip) - start, -np.array(wall.direction) / math.hypot(*wall.direction)
+        tip, free = np.array(wall.tip) - start, -np.array(wall.direction) / length(wall.direction)
         far = size + region.distance(shapely.Point(tip))
         part = shapely.LineString([tip, tip + min(_width(wall), 2 * far) * free])
         if part.distance(region) > SLACK * (far + float(np.max(np.abs(tip)))) + _rounding(maneuver):
@@ -107,7 +108,7 @@ def _closed(maneuver: Maneuver) -> Impossible | None:
     if maneuver.region is None or not maneuver.blocks:
         return None
     start = np.array(maneuver.start.position)
-    size = math.hypot(*np.ptp(np.array(maneuver.region), axis=0))
+    size = length(np.ptp(np.array(maneuver.region), axis=0))
     slack = SLACK * size + _rounding(maneuver)
     if slack > COARSEST * size:
         return None

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import shapely
 
 from ..geometry.clearance import block_clearance, pieces, wall_clearance
+from ..geometry.norm import length, norm
 from ..geometry.trajectory import HoldTrajectory, Trajectory
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Wall
@@ -154,11 +154,11 @@ def least_clearance(motion: Trajectory, polygons: Sequence[Array]) -> float:
         return math.inf
     times = pieces(motion)
     r, dt = motion.position(times), np.diff(times)
-    reach = float(np.max(np.hypot(*np.diff(r, axis=0).T) / 2 + motion.peak() * dt**2 / 8))
+    reach = float(np.max(norm(np.diff(r, axis=0)) / 2 + motion.peak() * dt**2 / 8))
     far = np.empty(len(polygons))
     for k, corners in enumerate(polygons):
         off = np.maximum(np.maximum(np.min(corners, axis=0) - r, r - np.max(corners, axis=0)), 0.0)
-        far[k] = np.min(np.hypot(off[:, 0], off[:, 1])) - reach
+        far[k] = np.min(norm(off)) - reach
     best = math.inf
     for k in np.argsort(far):
         if far[k] > 0 and best <= far[k]:
@@ -171,7 +171,7 @@ def _far(maneuver: Maneuver, motion: Trajectory) -> float:
     """How far away [m] a block closes what is behind it: further than the motion goes, and than anything is."""
     times = pieces(motion)
     from_start = motion.position(times) - np.array(maneuver.start.position)
-    gone = float(np.max(np.hypot(*from_start.T)) + motion.peak() * np.max(np.diff(times), initial=0.0) ** 2)
+    gone = float(np.max(norm(from_start)) + motion.peak() * np.max(np.diff(times), initial=0.0) ** 2)
     far = FAR * extent(maneuver)
     while far < 2 * gone < math.inf:  # doubled, so that few are made anew
         far *= 2
@@ -189,11 +189,11 @@ def closed_behind(maneuver: Maneuver, far: float) -> tuple[Array, ...]:
     start, goal = np.array(maneuver.start.position), np.array(maneuver.goal.position)
     if not maneuver.blocks or not np.any(goal - start):
         return ()
-    along = (goal - start) / math.hypot(*(goal - start))
+    along = (goal - start) / length(goal - start)
     left = np.array([-along[1], along[0]])
     closed = []
     little = ENDS * (goal - start)
-    near = 1e-3 * math.hypot(*little)
+    near = 1e-3 * length(little)
     for block in maneuver.blocks:
         if block.side == "either":
             continue
@@ -210,7 +210,7 @@ def closed_behind(maneuver: Maneuver, far: float) -> tuple[Array, ...]:
     return tuple(np.array(part.exterior.coords)[:-1] for part in closed)
 
 
-def _parts(shape: Any) -> list[Any]:
+def _parts(shape: shapely.Geometry) -> list[shapely.Polygon]:
     """The polygons of a geometry."""
     return [part for part in getattr(shape, "geoms", [shape]) if part.geom_type == "Polygon" and part.area > 0]
 
@@ -218,7 +218,7 @@ def _parts(shape: Any) -> list[Any]:
 def inward(region: Array) -> tuple[Array, Array]:
     """Unit normals n (k, 2) into a counterclockwise convex polygon and offsets c (k,): inside n . r >= c."""
     step = np.roll(region, -1, axis=0) - region
-    normals = np.stack([-step[:, 1], step[:, 0]], axis=1) / np.hypot(*step.T)[:, None]
+    normals = np.stack([-step[:, 1], step[:, 0]], axis=1) / norm(step)[:, None]
     return normals, np.sum(normals * region, axis=1)
 
 
@@ -241,6 +241,6 @@ def _inside(motion: Trajectory, region: Array) -> float:
 def _fastest(motion: Trajectory) -> float:
     """Largest speed [m/s]: |v| is convex on each hold."""
     if isinstance(motion, HoldTrajectory):
-        return float(np.max(np.hypot(*motion.node_velocity.T)))
+        return float(np.max(norm(motion.node_velocity)))
     t = np.linspace(motion.nodes[0], motion.nodes[-1], CHORDS + 1)
-    return float(np.max(np.hypot(*motion.velocity(t).T)) + motion.peak() * (t[1] - t[0]) / 2)
+    return float(np.max(norm(motion.velocity(t))) + motion.peak() * (t[1] - t[0]) / 2)

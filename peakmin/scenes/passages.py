@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from ..deadline import over
-from ..geometry.norm import norm
+from ..geometry.norm import length, norm
 from ..geometry.trajectory import Trajectory
 from ..robots.joints import JointPath
 from ..robots.kinematics import unit
@@ -273,7 +273,7 @@ class Passage:
             n = s[k] / (rho[k] or 1.0)
             if np.min(rho) < CLOSE * workspace.size:  # over the base: to one side of it
                 v = path.motion.velocity(t[np.argmin(rho)])
-                n = np.array([-v[1], v[0]]) / (np.hypot(*v) or 1.0)
+                n = np.array([-v[1], v[0]]) / (length(v) or 1.0)
             out.append(Plane(int(k), n, inner + float(n @ workspace.chain.base)))
         if not workspace.obstacles:
             return out
@@ -286,7 +286,7 @@ class Passage:
         here = slack(r)
         slope = np.stack([(slack(r + step * e) - slack(r - step * e)) / (2 * step) for e in np.eye(2)], axis=-1)
         for k in np.flatnonzero(here < near):
-            size = float(np.hypot(*slope[k]))
+            size = length(slope[k])
             if size > 1e-3:
                 n = slope[k] / size
                 out.append(Plane(int(k), n, float(n @ r[k]) - float(here[k]) / size))
@@ -341,7 +341,7 @@ class Passage:
             first, last = inner * unit((a, b)[branch.tangent]), inner / math.cos((b - a) / 2) * unit((a + b) / 2)
         step = last - first
         tip = self.workspace.chain.base + first
-        return Wall(tip=tip, direction=-step / math.hypot(*step), opening=math.hypot(*step))
+        return Wall(tip=tip, direction=-step / length(step), opening=length(step))
 
     def _must_come_in(self, branch: Turned) -> bool:
         """Whether start or goal is outside of what arc and segments enclose, so that a path to the arc crosses them."""
@@ -350,7 +350,7 @@ class Passage:
         for state in (self.maneuver.start, self.maneuver.goal):
             s = np.array(state.position) - self.workspace.chain.base
             if branch.edge == "inner" and inner == 0:
-                outside = math.hypot(*s) > room
+                outside = length(s) > room
             elif branch.edge == "outer":
                 outside = float(unit((a + b) / 2) @ s) < outer * math.cos((b - a) / 2) - room
             else:
@@ -434,9 +434,9 @@ def slid(passage: Passage, order: Order, multipliers: Array) -> Line | None:
     """
     found, most = None, SHALLOW * passage.workspace.size
     for one, push in zip(order, multipliers[2:], strict=True):
-        if not np.hypot(*push) > IDLE * np.max(np.abs(multipliers)):
+        if not length(push) > IDLE * np.max(np.abs(multipliers)):
             continue
-        f = push / np.hypot(*push)
+        f = push / length(push)
         origin, along = passage.points(one.line)
         low, high = passage.gaps(one.line)[one.gap]
         w = origin + (low if f @ along > 0 else high) * along

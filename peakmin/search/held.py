@@ -210,7 +210,10 @@ class Hold:
             if wall not in self.scene.task.walls:
                 continue
             normal = np.array([-free[1], free[0]])
-            for where, end, span in ((edges < at - 1e-12, np.zeros(2), at), (edges > at + 1e-12, mass.pf, 1 - at)):
+            for where, end, span in (
+                (edges < at - 1e-12, np.zeros_like(tip), at),
+                (edges > at + 1e-12, mass.pf, 1 - at),
+            ):
                 side = float(normal @ (end - tip))
                 if abs(side) > 1e-12 and np.any(where):
                     # the room that is asked for shrinks towards the crossing itself

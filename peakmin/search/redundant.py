@@ -14,6 +14,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 
 from ..deadline import OverError, over
+from ..geometry.norm import norm
 from ..plan.answer import plan_of
 from ..plan.arm_plan import ArmPlan
 from ..plan.found import Found
@@ -75,7 +76,7 @@ def slowest(workspace: Workspace, path: JointPath, goal: Array, until: float = m
         if over(until):
             raise OverError
         trial = through(x)
-        rho = np.hypot(*np.moveaxis(trial.left(t), -1, 0))
+        rho = norm(trial.left(t))
         short = np.maximum(np.maximum(rho - pair.outer, pair.inner - rho) + ROOM * size, 0.0)
         with np.errstate(all="ignore"):
             theta, rates, _ = trial.rates(t)

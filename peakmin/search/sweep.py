@@ -7,7 +7,6 @@ import json
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,7 +27,7 @@ from ..spec.control_set import Polygon
 from ..spec.maneuver import Maneuver, walls_only
 from ..spec.settings import SOLVERS, Direct, RefineSearch, Settings, SweepSearch, Uniform
 from ..spec.spec import refuse_other, refuse_unfit
-from ..types import Array, Axes, Mask, Progress
+from ..types import Array, Axes, Json, Mask, Progress
 from .job import Job
 
 FINEST = 1e-4  # of the duration: `refined` stops here (an aligned M(T_obs) is flat to 1e-8 around its minimum)
@@ -67,7 +66,7 @@ class Sweep:
         """M over T_obs (the paper's figure 7), one wall only."""
         return found("peakmin.view.curves:peak_over_time")(self, ax=ax)
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> Json:
         """The sweep as plain JSON data."""
         return {
             "version": 1,

@@ -11,6 +11,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from ..geometry.norm import length
 from ..robots.kinematics import Chain, Pair
 from ..robots.workspace import Workspace
 from .model import Model, Number, Positive, Vector, few
@@ -200,7 +201,7 @@ def postures(arm: Arm, pose: Pose) -> list[tuple[float, ...]]:
     assert pose.tip is not None
     pair = Pair(arm.links[0].length, arm.links[1].length)
     s = np.array(pose.tip) - arm.base
-    rho, room = math.hypot(*s), 1e-12 * pair.outer
+    rho, room = length(s), 1e-12 * pair.outer
     if not pair.inner - room <= rho <= pair.outer + room:
         return []
     signs = {"up": [-1.0], "down": [1.0]}.get(pose.elbow or "either", [-1.0, 1.0])

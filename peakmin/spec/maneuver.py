@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import model_validator
 
 from ..errors import SpecError
+from ..geometry.norm import length
 from .model import Model, Positive, Vector, in_reach
 from .obstacles import Block, Obstacles, Region, Wall, covers
 from .task import Task
@@ -101,7 +102,7 @@ class Maneuver(Task):
                     raise ValueError(f".obstacles[{i}]: was a block around the {name}{near}, must leave it free")
             if self.region is not None and not covers(self.region, state.position):
                 raise ValueError(f".{name}.position: was {list(state.position)}, must lie in the region")
-            if self.max_speed is not None and math.hypot(*state.velocity) > self.max_speed:
+            if self.max_speed is not None and length(state.velocity) > self.max_speed:
                 raise ValueError(
                     f".{name}.velocity: was {list(state.velocity)}, must not be faster than max_speed, {self.max_speed}"
                 )

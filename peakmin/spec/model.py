@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
 
 from ..errors import SpecError
 from .reading import WHOLE, load, named, of_kind, read_file, short
@@ -22,7 +23,7 @@ PLAIN = {  # pydantic's error types in the words of a spec file
 }
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     """Arrays and numpy scalars as lists and numbers."""
     return value.tolist() if hasattr(value, "tolist") else value
 
@@ -56,7 +57,7 @@ Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000), BeforeValidator(_
 def few(most: int) -> BeforeValidator:
     """Refuses a list of more than `most` entries before any of them is looked at."""
 
-    def check(value: Any) -> Any:
+    def check(value: object) -> object:
         if isinstance(value, list | tuple) and len(value) > most:
             raise ValueError(f"a list of at most {most}")
         return value
@@ -144,7 +145,7 @@ def one_line(error: ValidationError, data: Any) -> str:
     return f"{path}: was {short(first['input'])}, must be {message}"
 
 
-def _is_union(found: Sequence[Any]) -> bool:
+def _is_union(found: Sequence[ErrorDetails]) -> bool:
     return len(found) > 1 and len({item["loc"][:1] for item in found}) == 1
 
 

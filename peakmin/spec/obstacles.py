@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -10,6 +9,7 @@ import numpy as np
 import shapely
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
+from ..geometry.norm import length, norm
 from ..types import Array
 from .model import Model, Positive, Vector, few
 
@@ -36,7 +36,7 @@ class Wall(Model):
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Wall:
-        if math.hypot(*self.direction) < 1e-150:
+        if length(self.direction) < 1e-150:
             raise ValueError(f".direction: was {list(self.direction)}, must not be zero")
         if self.opening is not None and self.contact == "touch":
             raise ValueError(f".opening: was {self.opening}, must be left out where the tip is touched")
@@ -45,7 +45,7 @@ class Wall(Model):
     @property
     def rays(self) -> list[tuple[Array, Array]]:
         """Tip and unit direction of the ray, and of the one across the opening."""
-        tip, along = np.array(self.tip), np.array(self.direction) / math.hypot(*self.direction)
+        tip, along = np.array(self.tip), np.array(self.direction) / length(self.direction)
         return [(tip, along)] + ([(tip - self.opening * along, -along)] if self.opening is not None else [])
 
 
@@ -95,7 +95,7 @@ class Block(Model):
         elif margin > 0:
             after = np.roll(corners, -1, axis=0)
             step = after - corners
-            out = margin * np.stack([step[:, 1], -step[:, 0]], axis=1) / np.hypot(*step.T)[:, None]
+            out = margin * np.stack([step[:, 1], -step[:, 0]], axis=1) / norm(step)[:, None]
             sides = np.stack([corners - out, after - out, after + out, corners + out], axis=1)
             around: Any = shapely.buffer(shapely.points(corners), margin, quad_segs=ROUND)
             polygon = shapely.union_all([polygon, *around, *np.asarray(shapely.polygons(sides))])
@@ -120,7 +120,7 @@ class Block(Model):
         return bool(polygon.contains(at)) or bool(polygon.distance(at) < margin * (1 - 1e-12))
 
 
-def _kind(value: Any) -> Any:
+def _kind(value: object) -> object:
     if isinstance(value, Mapping):
         return value.get("kind", "block" if "vertices" in value else "wall")
     return getattr(value, "kind", None)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, Field, model_validator
 
 from ..errors import SpecError
+from ..types import Json
 from .arm import Arm, ArmManeuver, ArmTask
 from .maneuver import Maneuver
 from .model import Model
@@ -43,7 +44,7 @@ class Spec(Model):
 
     @model_validator(mode="before")
     @classmethod
-    def _is_of_a_point(cls, data: Any) -> Any:
+    def _is_of_a_point(cls, data: object) -> object:
         if isinstance(data, dict) and "arm" in data:
             raise ValueError(".arm: was given, must be left out here (peakmin.ArmSpec reads spec files with an arm)")
         return data
@@ -86,7 +87,7 @@ class ArmSpec(Model):
 AnySpec = Spec | ArmSpec
 
 
-def spec_of(data: dict[str, Any]) -> AnySpec:
+def spec_of(data: Json) -> AnySpec:
     """The spec that a JSON object states, of an arm where it has one. Raises `SpecError` in one line if it is wrong."""
     return ArmSpec(**data) if "arm" in data else Spec(**data)
 
@@ -155,6 +156,6 @@ def _refuse_unfit_for_a_point(maneuver: Maneuver, settings: Settings) -> None:
         )
 
 
-def schema() -> dict[str, Any]:
+def schema() -> Json:
     """The JSON Schema of a spec file."""
     return Spec.model_json_schema()

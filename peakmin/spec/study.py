@@ -15,6 +15,7 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from ..errors import SpecError
+from ..types import Json
 from .model import Model
 from .reading import load, named, of_kind, read_file
 from .spec import AnySpec, known_version, spec_of
@@ -24,7 +25,7 @@ EXAMPLE = "maneuver.obstacles[0].tip[1]"
 PATH = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*|\[\d+\])*")
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     """Arrays, numpy scalars and models as JSON values, also inside lists."""
     if isinstance(value, Model):
         return json.loads(value.to_json())
@@ -38,7 +39,7 @@ def _path(path: str) -> str:
     return path
 
 
-Values = Annotated[tuple[Any, ...], Field(min_length=1), BeforeValidator(_plain)]
+Values = Annotated[tuple[object, ...], Field(min_length=1), BeforeValidator(_plain)]
 Varied = dict[Annotated[str, AfterValidator(_path)], Values]
 
 
@@ -57,7 +58,7 @@ class StudySpec(Model):
     """
 
     version: Annotated[int, Field(strict=True), AfterValidator(known_version)] = 1
-    base: dict[str, Any]
+    base: Json
     grid: Annotated[Varied, Field(default_factory=dict)]
     zip: Annotated[Varied, Field(default_factory=dict)]
 
@@ -98,7 +99,7 @@ class StudySpec(Model):
         return self
 
     @property
-    def varied(self) -> list[dict[str, Any]]:
+    def varied(self) -> list[Json]:
         """What each row has for the varied fields, by path."""
         together = [dict(zip(self.zip, one, strict=True)) for one in zip(*self.zip.values(), strict=True)] or [{}]
         crossed = (dict(zip(self.grid, one, strict=True)) for one in itertools.product(*self.grid.values()))
@@ -117,7 +118,7 @@ class StudySpec(Model):
         except SpecError:
             return self.base  # what it lacks may be what varies
 
-    def _spec(self, i: int, row: Mapping[str, Any]) -> AnySpec:
+    def _spec(self, i: int, row: Mapping[str, object]) -> AnySpec:
         data = copy.deepcopy(self.base)
         for path, value in row.items():
             if not _put(data, self._filled, path, value):

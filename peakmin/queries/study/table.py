@@ -8,13 +8,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ... import files
 from ...errors import SpecError
-from ...types import Array
+from ...types import Array, Json
 
 KINDS = (".csv", ".parquet")
 SHOWN = 60  # rows in a notebook
@@ -32,7 +31,7 @@ class Study:
     varied: the paths of the fields that differ between rows.
     """
 
-    rows: tuple[dict[str, Any], ...]  # a varied field holds anything
+    rows: tuple[Json, ...]  # a varied field holds anything
     varied: tuple[str, ...]
 
     @property
