@@ -15,6 +15,7 @@ MOST_PARTS = 5_000_000  # lists and objects of a document: each takes some hundr
 MOST_DEEP = 500  # one in another; less than what Python and pydantic follow
 MOST_KEYS = 1000  # of one object: each that is not known costs pydantic a finding
 WHOLE = "the document"
+Json = dict[str, Any]  # an object, which may have anything in it
 KINDS = {  # of files, by the entry that tells, with the verb that reads them
     "digest": ("plan", "verify"),
     "base": ("study file", "study"),
@@ -22,7 +23,7 @@ KINDS = {  # of files, by the entry that tells, with the verb that reads them
 }
 
 
-def load(text: str | bytes, finite: bool = False) -> dict[str, Any]:
+def load(text: str | bytes, finite: bool = False) -> Json:
     """One JSON object. Raises `SpecError` with one line for anything else, duplicate keys included.
 
     Args:
@@ -59,7 +60,7 @@ def named(path: str | Path) -> Iterator[None]:
         raise SpecError(f"{path}{said.removeprefix(WHOLE)}" if said.startswith(WHOLE + ":") else said) from None
 
 
-def of_kind(data: Mapping[str, Any], wanted: str) -> None:
+def of_kind(data: Mapping[str, object], wanted: str) -> None:
     """Refuse a document of another kind by its name. Raises `SpecError`."""
     told = dict(KINDS[key] for key in KINDS if key in data)
     if told and wanted not in told:
@@ -79,7 +80,7 @@ def read_file(path: str | Path) -> bytes:
     return text
 
 
-def short(value: Any, length: int = 60) -> str:
+def short(value: object, length: int = 60) -> str:
     """The value's repr on one line, cut after `length` characters."""
     if isinstance(value, str | bytes) and len(value) > length:
         value = value[:length]
@@ -93,7 +94,7 @@ def _refuse(constant: str) -> float:
     raise ValueError(f"{constant} is no JSON number")
 
 
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _unique(pairs: list[tuple[str, object]]) -> Json:
     if len(pairs) > MOST_KEYS:
         raise SpecError(f"{WHOLE}: was one with an object of {len(pairs)} keys, must have at most {MOST_KEYS}")
     keys = [key for key, _ in pairs]
@@ -103,12 +104,12 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return dict(pairs)
 
 
-def _ends_within(data: Any, depth: int) -> bool:
+def _ends_within(data: object, depth: int) -> bool:
     """Whether no list or object lies in more than so many others."""
     level = [data]
     for _ in range(depth + 1):
-        level = [one for one in level if isinstance(one, dict | list)]
-        if not level:
+        nested = [one for one in level if isinstance(one, dict | list)]
+        if not nested:
             return True
-        level = [part for one in level for part in (one.values() if isinstance(one, dict) else one)]
+        level = [part for one in nested for part in (one.values() if isinstance(one, dict) else one)]
     return False
