@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
+from ..geometry.norm import norm
 from ..proofs.branch_and_bound import least_over_times
 from ..scenes.impossible import impossible, least_way
 from ..scenes.kinds import scene_of
@@ -220,7 +221,8 @@ def _less(maneuver: Maneuver, field: str, x: float) -> Maneuver | None:
 
 def _drawn_back(maneuver: Maneuver, i: int, wall: Wall, x: float) -> Maneuver | None:
     """With a wall's tip moved by x [m] along its direction; what stands across its opening stays."""
-    along = np.array(wall.direction) / math.hypot(*wall.direction)
+    direction = np.array(wall.direction)
+    along = direction / norm(direction)
     opening = None if wall.opening is None else wall.opening + x
     moved = wall.model_copy(update={"tip": tuple((np.array(wall.tip) + x * along).tolist()), "opening": opening})
     return tried(maneuver, obstacles=(*maneuver.obstacles[:i], moved, *maneuver.obstacles[i + 1 :]))

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import SpecError
-from ..geometry.norm import ROUNDING
+from ..geometry.norm import ROUNDING, norm
 from ..plan.plan import Plan
 from ..proofs.bounds import out_of_order
 from ..proofs.branch_and_bound import halves, inside
@@ -161,7 +161,7 @@ def _interval(units: PointMass, box: ShareBox, multipliers: Array, peak: float) 
     far = float(np.sum(trial[0] * units.pf) + np.sum(trial[2:] * units.tips))
     far = 0.0 if not np.any(trial[0]) and not np.any(trial[2:]) else far - error
     drift = trial[1] @ (units.vf - units.v0) - trial[0] @ units.v0 - corners @ (trial[2:] @ units.v0) - error
-    bulge = np.sum(np.hypot(*trial[2:].T) * width**2) / 8
+    bulge = np.sum(norm(trial[2:]) * width**2) / 8
     area = (impulse(trial, corners) + bulge) * (1 + ROUNDING) + ROUNDING * size
     limit = peak / units.unit * area * (1 + ROUNDING)
     # A z^2 + B z > limit where |A z^2 + B z - limit| has its roots, in the forms that do not cancel

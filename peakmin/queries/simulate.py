@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import PeakminError
+from ..geometry.norm import norm
 from ..plan.arm_plan import ArmPlan
 from ..robots.kinematics import Chain
 from ..types import Array
@@ -35,12 +36,12 @@ class Simulation:
     @property
     def planned_peak(self) -> float:
         """Largest planned base force [N]."""
-        return float(np.max(np.hypot(*self.planned.T)))
+        return float(np.max(norm(self.planned)))
 
     @property
     def felt_peak(self) -> float:
         """Largest simulated base force [N]."""
-        return float(np.max(np.hypot(*self.felt.T)))
+        return float(np.max(norm(self.felt)))
 
     @property
     def agrees(self) -> bool:
@@ -51,7 +52,7 @@ class Simulation:
     @property
     def error(self) -> float:
         """Largest difference of the two curves, as a share of the planned peak."""
-        return float(np.max(np.hypot(*(self.felt - self.planned).T))) / (self.planned_peak or 1.0)
+        return float(np.max(norm(self.felt - self.planned))) / (self.planned_peak or 1.0)
 
 
 def model_text(chain: Chain) -> str:
