@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from ..byname import found
 from ..plan.plan import Plan
 from ..programs.least_peak import LeastPeak
@@ -107,5 +105,5 @@ def error_budget(
         obstacle_times=there - best.peak,
         maneuver=best.peak - true.peak,
         true=true.peak,
-        width=float(np.float64(true.peak - true.lower_bound)),
+        width=float(true.peak - true.lower_bound),
     )

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import BPoly
@@ -25,10 +24,11 @@ from ..types import Array
 
 RESTARTS = 4  # of a simplex that has shrunk too early
 APART = 0.02  # of the duration: least distance of contact times
+LEFT = np.array([[0.0, 1.0], [-1.0, 0.0]])  # turns a row by a right angle
 
 
 @dataclass(frozen=True)
-class Row:
+class Compared:
     """One way: its peak [m/s^2] and base force [N], times the least possible peak, and clearance [m].
 
     Of the other ways than the plan's, peaks are those of samples, and the joint quintic's clearance too.
@@ -41,15 +41,15 @@ class Row:
     clearance: float
 
 
-def compare(plan: ArmPlan) -> list[Row]:
+def compare(plan: ArmPlan) -> list[Compared]:
     """The plan beside the other ways. Raises `ValueError` where the plan has no motion."""
     if plan.joints is None:
         raise ValueError(f"this plan is {plan.status}: it has no trajectory")
     joints, mass, least = plan.joints, plan.crossing.mass, plan.lower_bound or 1.0
-    rows = [Row("least peak", plan.peak, plan.peak_force, plan.peak / least, plan.clearance)]
+    rows = [Compared("least peak", plan.peak, plan.peak_force, plan.peak / least, plan.clearance)]
 
     def add(name: str, peak: float, clearance: float) -> None:
-        rows.append(Row(name, peak, mass * peak, peak / least, clearance))
+        rows.append(Compared(name, peak, mass * peak, peak / least, clearance))
 
     add("joint quintic", *_joint_quintic(plan))
     contacts = np.array([plan.position(t) for t in plan.obstacle_times]).reshape(-1, 2)
@@ -74,8 +74,7 @@ def _joint_quintic(plan: ArmPlan) -> tuple[float, float]:
     rate = (30 * s**2 - 60 * s**3 + 30 * s**4) * (last - first) / T
     second = (60 * s - 180 * s**2 + 120 * s**3) * (last - first) / T**2
     along = unit(theta)
-    across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-    acceleration = chain.c @ (second[..., None] * across - rate[..., None] ** 2 * along)
+    acceleration = chain.c @ (second[..., None] * (along @ LEFT) - rate[..., None] ** 2 * along)
     clear = np.min(plan.maneuver.workspace.clearance(theta[::10]))
     return float(np.max(norm(acceleration))), float(clear)
 
@@ -117,13 +116,10 @@ def _best(
         return 1e9 if motion is None else value(motion)
 
     free = [began, start.ravel()] + ([] if outer is None else [outer.ravel()])
-    x: Any = np.concatenate(free)
-    x = x / scale[: x.size]
-    if x.size:
-        for _ in range(RESTARTS):
-            x = minimize(
-                cost, x, method="Nelder-Mead", options={"maxfev": 300 * x.size, "xatol": 1e-6, "fatol": 1e-9}
-            ).x
+    x = np.concatenate(free) / scale[: sum(one.size for one in free)]
+    options = {"maxfev": 300 * x.size, "xatol": 1e-6, "fatol": 1e-9}
+    for _ in range(RESTARTS if x.size else 0):
+        x = minimize(cost, x, method="Nelder-Mead", options=options).x
     motion = made(x)
     assert motion is not None
     return motion
@@ -153,7 +149,7 @@ def _smooth(plan: ArmPlan, points: Array, began: Array) -> Polynomial:
     return _best(plan, points, began, ends, peak)
 
 
-def table(rows: list[Row]) -> str:
+def table(rows: list[Compared]) -> str:
     """The rows as text."""
     lines = [f"  {'way':18}  peak [m/s²]   base force [N]   times the bound   clearance [m]"]
     for row in rows:

@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
-from pydantic_core import ErrorDetails
 
 from ..errors import SpecError
-from .reading import WHOLE, load, named, of_kind, read_file, short
+from .reading import load, named, of_kind, read_file
+from .refusal import one_line, plain
 
 LARGEST = 1e100  # of any number in a spec, in SI units: squares and products stay finite
 FASTEST = 1e90  # m/s^2, of a maneuver's own size: what comes of it stays below LARGEST
-PLAIN = {  # pydantic's error types in the words of a spec file
-    "float_type": "a number",
-    "int_type": "a whole number",
-    "tuple_type": "a list",
-    "model_type": "an object",
-    "model_attributes_type": "an object",
-}
-
-
-def _plain(value: object) -> object:
-    """Arrays and numpy scalars as lists and numbers."""
-    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def _within(value: float) -> float:
@@ -47,11 +35,11 @@ def _positive(value: float) -> float:
     return value
 
 
-_Finite = Annotated[float, Field(strict=True), BeforeValidator(_plain)]
+_Finite = Annotated[float, Field(strict=True), BeforeValidator(plain)]
 Number = Annotated[_Finite, AfterValidator(_within)]
 Positive = Annotated[_Finite, AfterValidator(_positive)]
 Switch = Annotated[bool, Field(strict=True)]
-Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000), BeforeValidator(_plain)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000), BeforeValidator(plain)]
 
 
 def few(most: int) -> BeforeValidator:
@@ -65,7 +53,7 @@ def few(most: int) -> BeforeValidator:
     return BeforeValidator(check)
 
 
-Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
+Vector = Annotated[tuple[Number, Number], BeforeValidator(plain)]
 
 
 class Model(BaseModel):
@@ -79,7 +67,7 @@ class Model(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
 
-    def __init__(self, **data: Any) -> None:
+    def __init__(self, **data: object) -> None:
         try:
             super().__init__(**data)
         except ValidationError as error:
@@ -105,77 +93,3 @@ class Model(BaseModel):
     def to_json(self, indent: int | None = 2) -> str:
         """The model as JSON; `from_json` gives an equal one back."""
         return self.model_dump_json(indent=indent, exclude_none=True)
-
-
-def one_line(error: ValidationError, data: Any) -> str:
-    """The first of pydantic's findings as `path: was X, must be Y`."""
-    found = error.errors(include_url=False)
-    # Of a value that fits no member of a union, the deepest finding says most.
-    first = max(found, key=lambda item: len(item["loc"])) if _is_union(found) else found[0]
-    path = _path(first["loc"], data, first["type"] == "missing")
-    message = first["msg"]
-    if first["type"] == "missing":
-        own = [item["loc"] for item in found if item["type"] == "extra_forbidden"]
-        others = [short(place[-1]) for place in own if place[:-1] == first["loc"][:-1]]
-        unknown = f" ({', '.join(others)}: no such field)" if 0 < len(others) <= 3 else ""
-        return f"{path}: was missing, must be given{unknown}"
-    if first["type"] == "extra_forbidden":
-        return f"{path}: was {short(first['input'])}, must be left out (no such field{_of_kind(first['loc'], data)})"
-    if first["type"].startswith("union_tag"):
-        if first["type"] == "union_tag_not_found":
-            return f"{path}.kind: was missing, must be given"
-        tags = first.get("ctx", {}).get("expected_tags", "")
-        kind = first["input"].get("kind") if isinstance(first["input"], Mapping) else first["input"]
-        return f"{path}.kind: was {short(kind)}, must be one of {tags or 'the known kinds'}"
-    if first["type"] == "value_error":
-        message = str(first.get("ctx", {}).get("error", message))
-        if message.startswith("."):  # a validator of several fields names the one at fault itself
-            return (("" if path == WHOLE else path) + message).removeprefix(".")
-        return f"{path}: was {short(first['input'])}, must be {message}"
-    if first["type"] == "too_short":
-        return f"{path}: was {short(first['input'])}, must be a list of at least {first['ctx']['min_length']}"
-    if first["type"] == "too_long":
-        most = first["ctx"]["max_length"]
-        wanted = "two numbers" if most == 2 else f"at most {most}"
-        return f"{path}: was {short(first['input'])}, must be a list of {wanted}"
-    if first["type"] in PLAIN:
-        return f"{path}: was {short(first['input'])}, must be {PLAIN[first['type']]}"
-    for start in ("Input should be ", "Value error, ", "String should ", "Tuple should "):
-        message = message.removeprefix(start)
-    return f"{path}: was {short(first['input'])}, must be {message}"
-
-
-def _is_union(found: Sequence[ErrorDetails]) -> bool:
-    return len(found) > 1 and len({item["loc"][:1] for item in found}) == 1
-
-
-def _path(location: Sequence[int | str], data: Any, absent: bool) -> str:
-    """The location as the user wrote it: `obstacles[0].tip`, without the unions' tags; its last key may be absent."""
-    parts: list[str] = []
-    here = data
-
-    def named(key: str) -> str:
-        return f".{key}" if key.isidentifier() and len(key) <= 60 else f"[{short(key)}]"
-
-    for place, key in enumerate(location):
-        last = place == len(location) - 1
-        if isinstance(key, int):
-            parts.append(f"[{key}]")
-            here = here[key] if isinstance(here, Sequence) and key < len(here) else None
-        elif isinstance(here, Mapping) and key in here:
-            parts.append(named(key))
-            here = _plain(here[key])
-        elif isinstance(here, Mapping) and last and absent:
-            parts.append(named(key))
-    return "".join(parts).removeprefix(".") or WHOLE
-
-
-def _of_kind(location: Sequence[int | str], data: Any) -> str:
-    """Of an entry of a kind, which has fields of its own: its kind, in words."""
-    here = data
-    for key in location[:-1]:
-        if isinstance(here, Mapping) and key in here:
-            here = _plain(here[key])
-        elif isinstance(here, Sequence) and isinstance(key, int) and key < len(here):
-            here = here[key]
-    return f" of kind {short(here['kind'])}" if isinstance(here, Mapping) and "kind" in here else ""

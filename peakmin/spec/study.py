@@ -10,14 +10,14 @@ import re
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from ..errors import SpecError
-from ..types import Json
 from .model import Model
-from .reading import load, named, of_kind, read_file
+from .reading import Json, load, named, of_kind, read_file
+from .refusal import plain
 from .spec import AnySpec, known_version, spec_of
 
 MOST_ROWS = 100_000
@@ -29,7 +29,7 @@ def _plain(value: object) -> object:
     """Arrays, numpy scalars and models as JSON values, also inside lists."""
     if isinstance(value, Model):
         return json.loads(value.to_json())
-    value = value.tolist() if hasattr(value, "tolist") else value
+    value = plain(value)
     return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
@@ -62,12 +62,12 @@ class StudySpec(Model):
     grid: Annotated[Varied, Field(default_factory=dict)]
     zip: Annotated[Varied, Field(default_factory=dict)]
 
-    def __init__(self, **data: Any) -> None:
+    def __init__(self, **data: object) -> None:
         base = data.get("base")
         if isinstance(base, str | Path):
             with named(base):
                 base = load(read_file(base))
-        super().__init__(**{**data, **({"base": _plain(base)} if "base" in data else {})})
+        super().__init__(**data | ({"base": _plain(base)} if "base" in data else {}))
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
@@ -99,7 +99,7 @@ class StudySpec(Model):
         return self
 
     @property
-    def varied(self) -> list[Json]:
+    def varied(self) -> list[dict[str, object]]:
         """What each row has for the varied fields, by path."""
         together = [dict(zip(self.zip, one, strict=True)) for one in zip(*self.zip.values(), strict=True)] or [{}]
         crossed = (dict(zip(self.grid, one, strict=True)) for one in itertools.product(*self.grid.values()))
@@ -111,10 +111,10 @@ class StudySpec(Model):
         return tuple(self._spec(i, row) for i, row in enumerate(self.varied))
 
     @cached_property
-    def _filled(self) -> Any:
+    def _filled(self) -> Json:
         """The base with its defaults written out, so that fields inside them can be named."""
         try:
-            return json.loads(spec_of(self.base).to_json())
+            return load(spec_of(self.base).to_json())
         except SpecError:
             return self.base  # what it lacks may be what varies
 
@@ -130,21 +130,31 @@ class StudySpec(Model):
             raise SpecError(f"{error}{where}") from None
 
 
-def _put(data: Any, filled: Any, path: str, value: Any) -> bool:
+def _put(data: object, filled: object, path: str, value: object) -> bool:
     """Set the field of `data`, making what is missing on the way like `filled`; whether there is such a place."""
     *way, last = (int(key) if key.isdigit() else key for key in re.findall(r"\w+", path))
     for key in way:
         filled = _at(filled, key)
-        if isinstance(data, dict) and key not in data and filled is not None:
-            data[key] = {"kind": filled["kind"]} if "kind" in filled else {} if isinstance(filled, dict) else [*filled]
+        if isinstance(data, dict) and key not in data and isinstance(filled, dict | list):
+            data[key] = _begun(filled)
         data = _at(data, key)
-    if not (isinstance(data, dict) if isinstance(last, str) else isinstance(data, list) and last < len(data)):
-        return False
-    data[last] = copy.deepcopy(value)
-    return True
+    if isinstance(data, dict) and isinstance(last, str):
+        data[last] = copy.deepcopy(value)
+        return True
+    if isinstance(data, list) and isinstance(last, int) and last < len(data):
+        data[last] = copy.deepcopy(value)
+        return True
+    return False
 
 
-def _at(data: Any, key: str | int) -> Any:
+def _begun(filled: dict[str, object] | list[object]) -> object:
+    """What stands for an entry that was left to its default, before a field of it is set: its kind, a list's values."""
+    if isinstance(filled, list):
+        return [*filled]
+    return {"kind": filled["kind"]} if "kind" in filled else {}
+
+
+def _at(data: object, key: str | int) -> object:
     if isinstance(key, str):
         return data.get(key) if isinstance(data, dict) else None
     return data[key] if isinstance(data, list) and key < len(data) else None

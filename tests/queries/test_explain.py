@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import peakmin as pm
-from peakmin.deadline import after
 from peakmin.cli import main
+from peakmin.deadline import after
 from peakmin.proofs.branch_and_bound import least_over_times
 from peakmin.queries.explain import why_not
 from peakmin.queries.point_reasons import PointReasons

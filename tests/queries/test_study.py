@@ -134,6 +134,7 @@ def test_a_base_may_be_a_file_seen_from_the_study_file(tmp_path):
         ({"grid": {"maneuver.duration": []}}, "grid['maneuver.duration']: was [], must be a list of at least 1"),
         ({"grid": {"maneuver..duration": [1]}}, "grid['maneuver..duration']: was 'maneuver..duration', must be a field's path like"),
         ({"grid": {"maneuver.obstacles[1].tip": [1]}}, "maneuver.obstacles[1].tip: was varied, must be a field of the base"),
+        ({"grid": {"settings.node_limit.x": [1]}}, "settings.node_limit.x: was varied, must be a field of the base"),
         ({"grid": {"maneuver.weight": [1]}}, "maneuver.weight: was 1, must be left out (no such field) (row 0: maneuver.w"),
         ({"grid": {"maneuver.duration": [1, 0]}}, "maneuver.duration: was 0, must be a number above zero"),
         ({"grid": {"maneuver.duration": [1, float("nan")]}}, "maneuver.duration: was nan"),

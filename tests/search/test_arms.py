@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 
 import peakmin as pm
 from peakmin import cli
+from peakmin.deadline import after
 from peakmin.queries.compare import compare
 from peakmin.queries.explain import why_not
 from peakmin.queries.simulate import simulate
@@ -547,7 +548,7 @@ def test_explanations_of_arms_are_tried_out():
 
 def test_an_explanation_of_an_arm_that_has_no_time_says_so():
     plan = pm.solve(small(max_peak=0.1))
-    why = why_not(plan.maneuver, plan.settings, plan.lower_bound, time_limit=0.0)
+    why = why_not(plan.maneuver, plan.settings, plan.lower_bound, after(0.0))
     assert not why.complete
     assert not why.repairs
     assert "it ended before" in str(why)
