@@ -392,11 +392,15 @@ def test_clearances_are_found_anew():
     straight = plan(obstacles=())
     assert pm.verify(replace(straight, clearance=1.0).to_json()).problems
     through = replace(
-        past, trajectory=straight.trajectory, walls=(), obstacle_times=np.zeros(0), multipliers=np.zeros((2, 2))
+        past,
+        trajectory=straight.trajectory,
+        crossing=past.maneuver.past(()),
+        obstacle_times=np.zeros(0),
+        multipliers=np.zeros((2, 2)),
     )
-    assert any("does not keep" in one for one in pm.verify(through.to_json()).problems)
+    assert any("not all is kept" in one for one in pm.verify(through.to_json()).problems)
     unknown = replace(through, status="unknown")
-    assert not any("does not keep" in one for one in pm.verify(unknown.to_json()).problems)
+    assert not any("not all is kept" in one for one in pm.verify(unknown.to_json()).problems)
 
 
 class Said(HoldTrajectory):
