@@ -15,7 +15,6 @@ MOST_PARTS = 5_000_000  # lists and objects of a document: each takes some hundr
 MOST_DEEP = 500  # one in another; less than what Python and pydantic follow
 MOST_KEYS = 1000  # of one object: each that is not known costs pydantic a finding
 WHOLE = "the document"
-Json = dict[str, Any]  # an object, which may have anything in it
 KINDS = {  # of files, by the entry that tells, with the verb that reads them
     "digest": ("plan", "verify"),
     "base": ("study file", "study"),

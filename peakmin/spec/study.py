@@ -15,8 +15,9 @@ from typing import Annotated, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from ..errors import SpecError
+from ..types import Json
 from .model import Model
-from .reading import Json, load, named, of_kind, read_file
+from .reading import load, named, of_kind, read_file
 from .refusal import plain
 from .spec import AnySpec, known_version, spec_of
 

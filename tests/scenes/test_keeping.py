@@ -9,7 +9,18 @@ import shapely
 import peakmin as pm
 from peakmin.geometry.clearance import block_clearance
 from peakmin.geometry.trajectory import HoldTrajectory
-from peakmin.scenes.kept import Keeping, closed_behind, _far, extent, inward, keeping, kept, least_clearance, verdict, wall_clearances
+from peakmin.scenes.kept import (
+    Keeping,
+    _far,
+    closed_behind,
+    extent,
+    inward,
+    keeping,
+    kept,
+    least_clearance,
+    verdict,
+    wall_clearances,
+)
 from tests.conftest import wall_maneuver
 from tests.geometry.test_clearance import hold, random_motion
 

@@ -12,7 +12,7 @@ from peakmin.geometry.trapezoids import Gap, edges_of, lines_through, snapped, t
 from peakmin.proofs.bounds import Leaf
 from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
-from peakmin.scenes.blocks import BlockClasses, ListedBranch, ListedProof, covered
+from peakmin.scenes.blocks import ListedBranch, ListedProof, covered
 from peakmin.scenes.cells import Cells
 from peakmin.spec.obstacles import convex, covers
 from tests.conftest import wall_maneuver
