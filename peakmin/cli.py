@@ -25,6 +25,7 @@ from .deadline import ended_by_interrupt
 from .errors import PeakminError, SpecError
 from .plan.arm_plan import ArmPlan
 from .plan.document import Status, digest
+from .plan.document import schema as plan_schema
 from .plan.plan import Plan
 from .plan.verify import verify
 from .queries.budget import error_budget
@@ -245,9 +246,12 @@ def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
 def schema_command(
     of_arm: Annotated[bool, typer.Option("--arm", help="Of a spec file with an arm.")] = False,
     of_study: Annotated[bool, typer.Option("--study", help="Of a study file.")] = False,
+    of_plan: Annotated[bool, typer.Option("--plan", help="Of a plan file.")] = False,
 ) -> None:
     """The JSON Schema of a spec file."""
-    answer(_json(StudySpec.model_json_schema() if of_study else ArmSpec.model_json_schema() if of_arm else schema()))
+    kinds = ((of_plan, plan_schema), (of_study, StudySpec.model_json_schema), (of_arm, ArmSpec.model_json_schema))
+    made = next((made for wanted, made in kinds if wanted), schema)
+    answer(_json(made()))
 
 
 def _solved(asked: AnySpec, name: str, stopped: threading.Event | None = None) -> Plan:

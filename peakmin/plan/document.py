@@ -21,7 +21,7 @@ from ..geometry.trajectory import HoldTrajectory, Trajectory
 from ..proofs.bounds import Leaf, Proof
 from ..robots.joint_space import FLOODS
 from ..scenes.arm_proof import ALL, ArmProof, Lined, PassageProof, Touching
-from ..scenes.blocks import BlockClasses, BlockProof, Lines, ListedBranch, ListedProof, WayClass
+from ..scenes.blocks import BlockClasses, BlockProof, ListedBranch, ListedProof, Marks, WayClass
 from ..scenes.cells import Way
 from ..scenes.passages import Edge, Line, Looks, Passage, Whole
 from ..scenes.proof_tree import Branch
@@ -75,7 +75,7 @@ class WayBranch(Model):
     children: list[WayBranch | None]
 
     @classmethod
-    def of(cls, branch: Branch[int, Lines]) -> Self:
+    def of(cls, branch: Branch[int, Marks]) -> Self:
         children = [None if child is None else cls.of(child) for child in branch.children]
         leaves = LeafDocument.of(branch.leaves)
         return cls(lines=list(branch.looks), leaves=leaves, strip=branch.cut, children=children)
@@ -463,7 +463,7 @@ def _listed(one: WayLeaves, classes: BlockClasses) -> ListedBranch:
     return ListedBranch(way, _lines(one.lines, classes), leaves_of(one.leaves, _walls(kept, one.lines, classes)))
 
 
-def _lines(lines: Sequence[tuple[float, int]], classes: BlockClasses) -> Lines:
+def _lines(lines: Sequence[tuple[float, int]], classes: BlockClasses) -> Marks:
     if any(not classes.cells.has(line) for line in lines):
         raise ValueError("a line of the proof is not between start and goal")
     return tuple(lines)
@@ -473,7 +473,7 @@ def _walls(way: Way | None, lines: Sequence[tuple[float, int]], classes: BlockCl
     return 0 if way is None else len(classes.cells.marks(way, tuple(lines)))
 
 
-def _way_branch(one: WayBranch, classes: BlockClasses, way: Way | None) -> Branch[int, Lines]:
+def _way_branch(one: WayBranch, classes: BlockClasses, way: Way | None) -> Branch[int, Marks]:
     lines = _lines(one.lines, classes)
     leaves = leaves_of(one.leaves, _walls(way, lines, classes)) if one.leaves else ()
     if one.strip is None or way is None:

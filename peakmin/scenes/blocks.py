@@ -20,7 +20,7 @@ from ..proofs.bounds import Leaf
 from ..spec.maneuver import Maneuver
 from ..spec.spec import MOST_CERTIFIED
 from ..types import Array
-from .cells import Cells, Line, Way
+from .cells import Cells, Mark, Way
 from .kept import Keeping
 from .proof_tree import Branch, leaves_bound
 from .scene import Again, Bounded, Manner, Plane, Samples
@@ -33,7 +33,7 @@ LEVEL = 1e-6  # relative: places that are so nearly as far off as each other cou
 SHALLOW = 1e-7  # of the scene: a path no deeper in a block is left to be raised
 BOXES, MORE = 80, 10  # of obstacle times at first, for one wall; times as many where a class's own gap is left
 
-Lines = tuple[Line, ...]
+Marks = tuple[Mark, ...]
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class WayClass:
     """The paths with one of these ways, and the lines on which they are looked at."""
 
     way: Way
-    lines: Lines
+    lines: Marks
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Outside:
     depth: float = 0.0
     strip: int = 0
     hull: float = 0.0
-    line: Line = (0.0, 0)
+    line: Mark = (0.0, 0)
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class BlockClasses:
         return self.cells.size
 
     @property
-    def first(self) -> tuple[Way | None, Lines]:
+    def first(self) -> tuple[Way | None, Marks]:
         """Every way, looked at on the lines of the user's own walls."""
         return self.cells.ways, ()
 
@@ -84,7 +84,7 @@ class BlockClasses:
         """For each gap of a strip the ways through it."""
         return [self.cells.through((*one.way[:cut], (gap,), *one.way[cut + 1 :])) for gap in one.way[cut]]
 
-    def seen(self, part: Way | None, looks: Lines) -> WayClass | None:
+    def seen(self, part: Way | None, looks: Marks) -> WayClass | None:
         return None if part is None else WayClass(part, looks)
 
     def empty(self, part: Way | None) -> bool:
@@ -115,7 +115,7 @@ class BlockClasses:
     def quick_short(self, motion: Trajectory) -> float:
         return 0.0
 
-    def step(self, here: Bounded[WayClass], path: Samples, until: float) -> Again[Lines] | int | None:
+    def step(self, here: Bounded[WayClass], path: Samples, until: float) -> Again[Marks] | int | None:
         outside, room = self.outside(here.one.way, path.places), SHALLOW * self.size
         few = len(here.past.walls) < MOST_CERTIFIED
         if outside.hull > room and few and outside.line not in here.one.lines:
@@ -151,15 +151,15 @@ class BlockClasses:
         part: Way | None,
         above: Bounded[WayClass],
         path: Samples,
-        solve: Callable[[Lines], Bounded[WayClass]],
-    ) -> tuple[Lines, Bounded[WayClass]]:
+        solve: Callable[[Marks], Bounded[WayClass]],
+    ) -> tuple[Marks, Bounded[WayClass]]:
         """A part on the lines of the class it is of, and one where its path is outside of all that the part leaves."""
         assert part is not None
         there = self.outside(part, path.places)
         lines = self._with(above, there.line) if there.hull > SHALLOW * self.size else above.one.lines
         return lines, solve(lines)
 
-    def _with(self, here: Bounded[WayClass], line: Line) -> Lines:
+    def _with(self, here: Bounded[WayClass], line: Mark) -> Marks:
         """The lines that matter and this one, in place of those close to it unless it has been tried already.
 
         Around a rounded corner the one line that is needed is so found; lines side by side make times coincide.
@@ -169,7 +169,7 @@ class BlockClasses:
             lines = [other for other in lines if abs(other[0] - line[0]) > NEAR * self.cells.length]
         return (*lines, line)
 
-    def _pushing(self, here: Bounded[WayClass]) -> Lines:
+    def _pushing(self, here: Bounded[WayClass]) -> Marks:
         """The lines whose walls matter to the class's path; without the others it is the same."""
         size = norm(here.certificate.best.multipliers)
         push = size[2:] > IDLE * np.max(size)
@@ -215,7 +215,7 @@ class BlockClasses:
         return x
 
 
-def _tried(here: Bounded[WayClass] | None, line: Line) -> bool:
+def _tried(here: Bounded[WayClass] | None, line: Mark) -> bool:
     """Whether the line was put in on the way here."""
     while here is not None:
         if line in here.one.lines:
@@ -235,7 +235,7 @@ def _crossings(path: Array, x: float) -> Array:
 class BlockProof:
     """Why no free path has a smaller peak: a tree of branches over every way past the blocks."""
 
-    root: Branch[int, Lines]
+    root: Branch[int, Marks]
     scope: Literal["all"] = "all"
 
     def bound(self, classes: BlockClasses) -> float:
@@ -252,7 +252,7 @@ class ListedBranch:
     """
 
     way: Way
-    lines: tuple[Line, ...]
+    lines: tuple[Mark, ...]
     leaves: tuple[Leaf, ...]
 
     def bound(self, cells: Cells) -> float:

@@ -32,7 +32,7 @@ GRAIN = 1e-12  # of the way's length: lines closer than this are one
 ULPS = 8  # of the start's and the goal's coordinates, by which given corners may be off
 
 Way = tuple[tuple[int, ...], ...]  # the gaps that are left in each strip, by their numbers from below
-Line = tuple[float, int]  # its x [m] and the strip whose gap it is crossed in: at a strip's end there is a choice
+Mark = tuple[float, int]  # its x [m] and the strip whose gap it is crossed in: at a strip's end there is a choice
 
 
 @dataclass(frozen=True)
@@ -223,18 +223,18 @@ class Cells:
         far = math.inf if wall.opening is None else wall.opening
         return (tip, tip + far) if up else (tip - far, tip)
 
-    def interval(self, way: Way, line: Line) -> Interval:
+    def interval(self, way: Way, line: Mark) -> Interval:
         """Where a path with one of these ways crosses the line: the hull of the gaps', and of any wall there."""
         x, k = line
         sections = [self.gaps[k][g].at(x) for g in way[k]]
         return self._past_walls(x, min(s[0] for s in sections), max(s[1] for s in sections))
 
     @cached_property
-    def fixed(self) -> list[Line]:
+    def fixed(self) -> list[Mark]:
         """The lines of the user's walls."""
         return [(x, self.lines.index(x) - 1) for x, _ in self.walls]
 
-    def has(self, line: Line) -> bool:
+    def has(self, line: Mark) -> bool:
         """Whether there is such a line: strictly between start and goal, in its strip or at its end."""
         x, k = line
         return 0 <= k < len(self.gaps) and self.lines[k] <= x <= self.lines[k + 1] and 0 < x < self.length
@@ -252,7 +252,7 @@ class Cells:
             return Wall(tip=tip, direction=direction, contact="touch")
         return Wall(tip=tip, direction=direction, opening=opening)
 
-    def maneuver_past(self, way: Way, lines: Sequence[Line], lift: float = 0.0) -> Maneuver | None:
+    def maneuver_past(self, way: Way, lines: Sequence[Mark], lift: float = 0.0) -> Maneuver | None:
         """The maneuver with walls on these lines and the user's own; None where an interval is empty.
 
         Args:
@@ -270,7 +270,7 @@ class Cells:
                 walls.append(wall)
         return self.maneuver.past(walls)
 
-    def marks(self, way: Way, lines: Sequence[Line]) -> list[Line]:
+    def marks(self, way: Way, lines: Sequence[Mark]) -> list[Mark]:
         """The lines of the walls that `maneuver_past` puts up, in order."""
         every = sorted({*lines, *self.fixed})
         return [line for line in every if any(map(math.isfinite, self.interval(way, line)))]

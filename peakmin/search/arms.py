@@ -150,11 +150,11 @@ class ArmSearch:
             if found is not None and found.peak < min(self.upper, tree.upper):
                 self.steered = found
 
-        def seen(here: Bounded[Order], count: int) -> None:
+        def told(here: Bounded[Order], count: int) -> None:
             if tree.best is None and passage.keeps and count in STEERED:
                 steer(here)
 
-        tree.run(lambda: self.upper, self._no, seen)
+        tree.run(lambda: self.upper, self._no, told)
         if passage.keeps and math.isinf(min(self.upper, tree.upper)) and tree.lower < self._no:
             steer(tree.last.here)
         if tree.best is not None and (self.best is None or tree.best.peak < self.best[1].peak):

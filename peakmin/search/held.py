@@ -81,7 +81,7 @@ class Rooms:
 
 
 @dataclass(frozen=True)
-class Kepthold:
+class Held:
     """A held control at placed times [scaled]: its bracket, its motion [SI] and what that keeps."""
 
     times: Array
@@ -112,7 +112,7 @@ class Hold:
 
     def best(self, times: Array) -> Found[Trajectory] | None:
         """The least peak near the obstacle times [scaled], (q,); None where nothing is found that keeps all."""
-        met: list[Kepthold] = []
+        met: list[Held] = []
 
         def value(at: Array) -> float:
             if over(self.job.until):
@@ -145,20 +145,20 @@ class Hold:
         made = self.job.made(0, self.count)
         return Found(self.crossing, seconds, held.motion, peak, made, multipliers=held.bracket.multipliers)
 
-    def at(self, times: Array) -> Kepthold | None:
+    def at(self, times: Array) -> Held | None:
         """The same at these times: asks for more at the nodes until the path between them keeps everything."""
         placed = self.grid.place(times)
 
-        def solve(asked: Rooms) -> Kepthold | None:
+        def solve(asked: Rooms) -> Held | None:
             bracket = self._solve(placed, asked)
             if bracket.control is None:
                 return None
             motion = self._motion(placed, bracket.control)
-            return Kepthold(placed, bracket, motion, self.scene.kept(motion))
+            return Held(placed, bracket, motion, self.scene.kept(motion))
 
         return asked_more(Rooms(region=FIRST_ROOM * self.size), solve, self._more, TRIES, self.job.until)
 
-    def _more(self, held: Kepthold, asked: Rooms) -> Rooms | None:
+    def _more(self, held: Held, asked: Rooms) -> Rooms | None:
         """What to ask next for what is not kept."""
         kept, motion, size = held.kept, held.motion, self.size
         if kept.passed:

@@ -169,13 +169,13 @@ class Tree(Generic[One, Part, Cut, Looks]):
         self,
         upper: Callable[[], float] = lambda: math.inf,
         no: float = math.inf,
-        seen: Callable[[Bounded[One], int], None] = lambda here, count: None,
+        told: Callable[[Bounded[One], int], None] = lambda here, count: None,
     ) -> None:
         """Search until the gap to the best peak is reached or comes down no more, or until the effort is over.
 
         Args:
             upper: a peak that is known from elsewhere [m/s^2];  no: a bound [m/s^2] that says no.
-            seen: called with each class that is looked at, and how many have been.
+            told: called with each class that is looked at, and how many have been.
         """
         manner, gap, stalled, best, count = self.scene.manner, self.effort.gap, 0, 1.0, 0
         while self._waiting and not self.effort.over:
@@ -184,7 +184,7 @@ class Tree(Generic[One, Part, Cut, Looks]):
             if self._waiting.lowest >= min((1 - gap) * known, no) or stalled >= manner.patience:
                 break
             self.last, count = self._waiting.pop()[1], count + 1
-            seen(self.last.here, count)
+            told(self.last.here, count)
             for child in self._expand(self.last, known):
                 self._wait(child)
             known = min(known, upper(), self.upper)

@@ -67,17 +67,22 @@ def turn_on(
     options = {"initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-6, "maxfev": MOST_TRIALS}
     with suppress(OverError):
         minimize(value, simplex[0], method="Nelder-Mead", options=options)
-    least = min((peak for peak, _ in best), default=math.inf)
+    return _freed(passage, edge, best, until)
+
+
+def _freed(passage: Passage, edge: Edge, met: list[tuple[float, Array]], until: float) -> Steered | None:
+    """The best of the motions that become free near those met, their peaks [m/s^2] with instant and angle; or None."""
+    least = min((peak for peak, _ in met), default=math.inf)
     made: list[Steered] = []
     tried: list[Array] = []
-    for _, x in sorted(best, key=lambda one: one[0]):
+    for _, x in sorted(met, key=lambda one: one[0]):
         if len(tried) >= MOST_FREED or any(np.all(np.abs(x - other) < APART) for other in tried):
             continue
         tried.append(x)
         here = _course(passage, edge, float(x[1]), until)
-        found_free = here.free(x[:1])
-        if found_free is not None:
-            better = here.around(x[:1], found_free.motion, found_free)
+        found = here.free(x[:1])
+        if found is not None:
+            better = here.around(x[:1], found.motion, found)
             assert better is not None
             made.append(better)
             if better.peak < (1 + GOOD) * least:

@@ -14,7 +14,7 @@ from .arm import Arm, ArmManeuver, ArmTask
 from .maneuver import Maneuver
 from .model import Model
 from .reading import load, named, of_kind, read_file
-from .settings import MOST_ROWS, GlobalSearch, Settings, SweepSearch
+from .settings import MOST_ROWS, GlobalSearch, RefineSearch, Settings, SweepSearch
 from .task import Task
 
 MAX_SWEEP_POINTS = 100_000  # ordered obstacle times; above it a sweep would take days
@@ -133,20 +133,23 @@ def _refuse_unfit_for_a_point(maneuver: Maneuver, settings: Settings) -> None:
     if grid.steps * walls > MOST_ROWS:
         most = f"at most {MOST_ROWS // walls} for {walls} walls"
         raise SpecError(f"settings.grid.steps: was {grid.steps}, must be {most}")
-    if isinstance(search, SweepSearch):
-        start, stop = search.span(maneuver.duration)
-        for name, value in (("start", start), ("stop", stop)):
-            if not 0 < value < maneuver.duration:
-                raise SpecError(
-                    f"settings.search.{name}: was {value}, must be between 0 and the duration {maneuver.duration}"
-                )
-        if start > stop:
-            raise SpecError(f"settings.search.start: was {start}, must not be after stop, {stop}")
     if isinstance(search, GlobalSearch):
         if walls > MOST_CERTIFIED:
             most = f"at most {MOST_CERTIFIED} for a global search"
             raise SpecError(f"maneuver.obstacles: was {walls} walls, must be {most}")
-        return
+    else:
+        _refuse_times(maneuver.duration, walls, search)
+
+
+def _refuse_times(duration: float, walls: int, search: SweepSearch | RefineSearch) -> None:
+    """Refuse a choice of obstacle times that is out of the duration [s], too small or too large."""
+    if isinstance(search, SweepSearch):
+        start, stop = search.span(duration)
+        for name, value in (("start", start), ("stop", stop)):
+            if not 0 < value < duration:
+                raise SpecError(f"settings.search.{name}: was {value}, must be between 0 and the duration {duration}")
+        if start > stop:
+            raise SpecError(f"settings.search.start: was {start}, must not be after stop, {stop}")
     if walls > search.count:
         raise SpecError(f"settings.search.count: was {search.count}, must be at least the number of walls, {walls}")
     if math.comb(search.count, walls) > MAX_SWEEP_POINTS:
