@@ -54,14 +54,14 @@ def least_way(maneuver: Maneuver) -> float:
     def places(s: Array) -> Array:
         return np.vstack([start, tips + s[:, None] * free, goal])
 
-    def length(s: Array) -> float:
+    def way(s: Array) -> float:
         return float(np.sum(norm(np.diff(places(s * size), axis=0))))
 
     s = np.zeros(len(walls))
     if len(walls) and np.any(widest > 0):
         bounds = [(0.0, None if math.isinf(width) else width / size) for width in widest]
-        s = minimize(lambda x: length(x) / size, s, method="L-BFGS-B", bounds=bounds).x
-    found = length(s)
+        s = minimize(lambda x: way(x) / size, s, method="L-BFGS-B", bounds=bounds).x
+    found = way(s)
     step = np.diff(places(s * size), axis=0)
     y = step / np.maximum(norm(step), 1e-300)[:, None]
     slope = np.sum((y[:-1] - y[1:]) * free, axis=1)
