@@ -25,6 +25,6 @@ def test_linprog_loop(benchmark):
 
 @pytest.mark.parametrize("name", SETTINGS)
 def test_sweep(benchmark, name):
-    settings = paper.settings(5, SETTINGS[name])
+    settings = paper.settings_for(5, SETTINGS[name])
     found = benchmark.pedantic(pm.sweep, (paper.GENERAL, settings, paper.obstacle_nodes()), rounds=3, warmup_rounds=1)
     benchmark.extra_info.update(group="sweep", name=name, value=found.best.peak, solves=found.best.made.solves)

@@ -119,7 +119,7 @@ class Paper:
         }
 
 
-def settings(segments: int, method: Bisection | None = BISECTION) -> Settings:
+def settings_for(segments: int, method: Bisection | None = BISECTION) -> Settings:
     """The paper's settings for n segments per quadrant; without a method, M as a variable."""
     chosen = {"method": method} if method else {}
     return Settings(circle=Polygon(segments=segments), grid=Uniform(steps=HOLDS), search=SweepSearch(), **chosen)
@@ -135,9 +135,9 @@ def compute(progress: Progress | None = None) -> Paper:
     rows, least = [], []
     total = len(PRINTED) + 1
     for segments, paper_peak, paper_time, _, _ in PRINTED:
-        found = sweep(GENERAL, settings(segments), times=obstacle_nodes())
+        found = sweep(GENERAL, settings_for(segments), times=obstacle_nodes())
         at = float(NOMINAL[found.winner])
-        plan = sweep(GENERAL, settings(segments, method=None), times=obstacle_nodes()[[found.winner]]).best
+        plan = sweep(GENERAL, settings_for(segments, method=None), times=obstacle_nodes()[[found.winner]]).best
         least.append(plan)
         peak = float(found.peak[found.winner])
         rows.append(Row(segments, peak, at, paper_peak, paper_time, plan.peak, found.best.made.compilations))
@@ -146,7 +146,7 @@ def compute(progress: Progress | None = None) -> Paper:
     controls = [plan.acceleration(plan.times[:-1]) for plan in least]
     differences = np.array([np.sum((b - a) ** 2, axis=0) for a, b in itertools.pairwise(controls)])
     disc = sweep(
-        GENERAL, settings(1, None).model_copy(update={"circle": Disc()}), times=obstacle_nodes()[[found.winner]]
+        GENERAL, settings_for(1, None).model_copy(update={"circle": Disc()}), times=obstacle_nodes()[[found.winner]]
     ).best
     two_link = sweep(
         TWO_LINK, Settings(circle=Polygon(segments=5), grid=Uniform(steps=200), search=SweepSearch(count=14))
@@ -210,7 +210,7 @@ def _panels(paper: Paper) -> Iterator[tuple[str, tuple[float, float], int, list[
     yield "01_problem", (6, 4.5), 1, [partial(sketches.problem, GENERAL)]
     yield "02_flowchart", (6.5, 6.5), 1, [sketches.flowchart]
     yield "03_circle", (4.5, 4.5), 1, [partial(sketches.circle_approximation, Polygon(segments=5))]
-    yield "04_two_link_task", (7, 6), 1, [partial(sketches.task, task)]
+    yield "04_two_link_task", (7, 6), 1, [partial(sketches.arm_problem, task)]
     yield "05_control", (9, 7.5), 2, [partial(_control, paper, k, axis) for k in (1, 3, 5) for axis in (0, 1)]
     yield (
         "06_over_n",

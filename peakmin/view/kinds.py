@@ -49,7 +49,9 @@ def _alone(plan: ArmPlan) -> dict[str, Callable[[ArmPlan, Axes], Axes]]:
     return {**drawn, **({"peak_over_time": peak_over_contact} if one else {})}
 
 
-KINDS: dict[str, Kind[Any]] = {  # of plans that are of the key's kind
+AnyKind = Kind[Any]  # no type says that a plan's key finds the functions for its type
+
+KINDS: dict[str, AnyKind] = {  # of plans that are of the key's kind
     "point": Kind[Plan](
         bounded=sentences.point_bounded,
         made=sentences.point_made,
@@ -79,6 +81,6 @@ KINDS: dict[str, Kind[Any]] = {  # of plans that are of the key's kind
 }
 
 
-def kind_of(plan: Plan) -> Kind[Any]:
+def kind_of(plan: Plan) -> AnyKind:
     """What is said and drawn of plans of this plan's kind."""
     return KINDS[plan.kind]

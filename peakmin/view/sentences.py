@@ -86,26 +86,31 @@ def arm_facts(plan: ArmPlan) -> list[str]:
     """What the arm touches, how its elbow bends, how near it comes, and what it does not keep."""
     touched = zip(plan.contact_times, plan.contacts, strict=True)
     lines = [line("contact", f"{t:.6g} s: {contact}") for t, contact in touched]
-    joints, clear = plan.joints, plan.clear
-    if joints is not None and joints.chain.links == 2:
-        word = {-1.0: "up", 1.0: "down"}[joints.elbow]
+    if plan.joints is not None and plan.joints.chain.links == 2:
+        word = {-1.0: "up", 1.0: "down"}[plan.joints.elbow]
         turned = "".join(f", turns over at {t:.6g} s" for t in plan.elbow_changes)
         lines.append(line("elbow", f"{word} at the start{turned}"))
     if math.isfinite(plan.clearance):
         near = _near(plan, ": ", "a link is inside")
         lines.append(line("clearance", f"{plan.clearance:.6g} m of every link at every instant{near}"))
+    return [*lines, *_arm_fails(plan), *_far_round(plan.maneuver)]
+
+
+def _arm_fails(plan: ArmPlan) -> list[str]:
+    """What the motion found does not keep, or why there is none."""
+    lines, clear = [], plan.clear
     if clear is not None and clear.within < -KEPT:
         lines.append(line("reach", f"the path leaves it by {-clear.within:.6g} m"))
     if clear is not None and not clear.steady:
         lines.append(line("joints", "jump where the folded arm passes its base"))
     lines += [line("not kept", one) for one in plan.exceeded]
-    if plan.status == "unknown" and joints is not None and joints.chain.links > 2:
+    if plan.status == "unknown" and plan.joints is not None and plan.joints.chain.links > 2:
         lines.append(line("way", "three and more links follow the straight way only; obstacles do not bend it"))
     if math.isinf(plan.lower_bound):
         lines.append(line("closed", "obstacles and reach leave no way from start to goal (proved)"))
-    elif joints is None:
+    elif plan.joints is None:
         lines.append("  no free motion was found; the bound holds all the same")
-    return [*lines, *_far_round(plan.maneuver)]
+    return lines
 
 
 def _far_round(task: ArmManeuver) -> list[str]:

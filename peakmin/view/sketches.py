@@ -71,7 +71,7 @@ def problem(maneuver: Maneuver, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def task(maneuver: ArmManeuver, ax: Axes | None = None) -> Axes:
+def arm_problem(maneuver: ArmManeuver, ax: Axes | None = None) -> Axes:
     """What is asked: the arm at start and goal, every configuration that they allow, its obstacles (figure 4)."""
     ax, chain = axes_of(ax), maneuver.arm.chain
     polygons(ax, maneuver.obstacles, maneuver.margin, "obstacle")

@@ -13,7 +13,7 @@ from ..plan.plan import Plan
 from ..queries.simulate import Simulation
 from ..queries.study.table import Study
 from ..search.sweep import Sweep
-from .advice import advice
+from .hints import advice
 from .kinds import kind_of
 from .sentences import line
 

@@ -9,7 +9,7 @@ import pytest
 
 import peakmin as pm
 from peakmin.view import words
-from peakmin.view.advice import advice
+from peakmin.view.hints import advice
 from tests.conftest import wall_maneuver
 from tests.random_arms import task
 

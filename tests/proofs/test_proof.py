@@ -288,8 +288,8 @@ def test_the_error_budget_of_table_1_adds_up():
     from peakmin import paper
 
     meant = paper.GENERAL.model_copy(update={"duration": 1.0})
-    plan = pm.sweep(paper.GENERAL, paper.settings(5), times=paper.obstacle_nodes()).best
-    errors = pm.error_budget(paper.GENERAL, paper.settings(5), meant=meant, plan=plan)
+    plan = pm.sweep(paper.GENERAL, paper.settings_for(5), times=paper.obstacle_nodes()).best
+    errors = pm.error_budget(paper.GENERAL, paper.settings_for(5), meant=meant, plan=plan)
     assert sum(errors.parts.values()) == pytest.approx(errors.total, abs=1e-12)
     assert errors.stated == pytest.approx(8.7451, abs=5e-5)
     assert errors.true == pytest.approx(8.537415, abs=1e-6)

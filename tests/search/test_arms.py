@@ -23,7 +23,7 @@ from peakmin.scenes.passages import Turned, passages
 from peakmin.search.course import Course
 from peakmin.spec.arm import postures
 from peakmin.view import pictures, words
-from peakmin.view.advice import advice
+from peakmin.view.hints import advice
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 ROD = {"length": 1.0, "mass": 1.0}

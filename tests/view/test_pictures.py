@@ -230,13 +230,14 @@ def test_a_map_of_the_peak_is_for_two_walls(changes, count, message):
 
 
 @pytest.mark.parametrize(
-    "draw", [sketches.problem, sketches.task, sketches.flowchart, sketches.circle_approximation, sketches.circle_error]
+    "draw",
+    [sketches.problem, sketches.arm_problem, sketches.flowchart, sketches.circle_approximation, sketches.circle_error],
 )
 def test_what_is_asked_is_drawn_without_an_answer(draw):
     ax = plt.figure().add_subplot()
     asked = {
         sketches.problem: [paper.GENERAL],
-        sketches.task: [paper.two_link_task()],
+        sketches.arm_problem: [paper.two_link_task()],
         sketches.circle_approximation: [pm.Polygon(segments=3)],
     }
     assert draw(*asked.get(draw, []), ax=ax) is ax
@@ -286,7 +287,7 @@ def test_links_are_as_wide_as_they_are_and_margins_are_drawn():
     length = max(np.hypot(*(a - b)) for a in corners for b in corners)
     assert length == pytest.approx(4.0 + 2 * 0.1)
     assert {"margin", "obstacle", "start", "goal", "base"} <= labels(ax)
-    assert len(sketches.task(plan.maneuver).patches) == 1 + 2 * 2
+    assert len(sketches.arm_problem(plan.maneuver).patches) == 1 + 2 * 2
     force = curves.base_force(plan)
     assert any("lower bound" in label for label in labels(force))
     plt.close("all")
