@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -14,7 +13,6 @@ from numpy.typing import ArrayLike
 from ..errors import SpecError
 from ..plan.plan import Plan
 from ..programs.least_peak import LeastPeak
-from ..programs.program import Programs
 from ..proofs.batch import extremals
 from ..proofs.double_integrator import PointMass
 from ..proofs.sensitivity import Sensitivities, sensitivities, without_idle
@@ -26,6 +24,7 @@ from ..spec.settings import Exact, Settings
 from ..spec.spec import refuse_unfit
 from ..types import Array
 from .given import Given, state
+from .threads import OfThread
 
 TOGETHER = 1000  # queries at given times that are answered at once
 
@@ -78,13 +77,6 @@ class _Answer(NamedTuple):
     multipliers: Array
 
 
-class _OfThread(threading.local):
-    """What every thread has for itself."""
-
-    def __init__(self) -> None:
-        self.programs = Programs()
-
-
 class PeakOracle:
     """Answers "how large must the peak be?" in a loop, every answer with its bound.
 
@@ -105,7 +97,7 @@ class PeakOracle:
     def __init__(self, maneuver: Maneuver, settings: Settings | None = None) -> None:
         self.maneuver, self.settings = maneuver, settings or Settings(method=Exact())
         refuse_unfit(self.maneuver, self.settings)
-        self._own = _OfThread()
+        self._own = OfThread()
 
     def __reduce__(self) -> tuple[object, ...]:
         return PeakOracle, (self.maneuver, self.settings)  # programs stay with their thread

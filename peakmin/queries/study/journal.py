@@ -18,7 +18,7 @@ from .row import Row
 SUFFIX, LOCK = ".journal", ".lock"
 
 
-class Kept(Row):
+class StoredRow(Row):
     """A row and the hash of its spec."""
 
     spec: str
@@ -36,7 +36,7 @@ class Journal:
 
     def __init__(self, store: Path | None) -> None:
         self.path = None if store is None else store.with_name(store.name + SUFFIX)
-        self.rows: dict[str, Kept] = {}
+        self.rows: dict[str, StoredRow] = {}
         self._file: BinaryIO | None = None
         self._open = ExitStack()
 
@@ -62,7 +62,7 @@ class Journal:
 
     def add(self, key: str, row: Row) -> None:
         """Keep the finished row of a spec. Raises `SpecError` when the disk does not take it."""
-        kept = Kept(spec=key, **row)
+        kept = StoredRow(spec=key, **row)
         if self._file is not None:
             try:
                 self._file.write(json.dumps(kept, allow_nan=False).encode() + b"\n")
@@ -92,10 +92,10 @@ class Journal:
         return lines[-1]
 
 
-def _row(line: bytes) -> Kept | None:
+def _row(line: bytes) -> StoredRow | None:
     try:
         row: object = json.loads(line)
     except ValueError:
         return None
     whole = isinstance(row, dict) and isinstance(row.get("spec"), str) and "status" in row
-    return cast(Kept, row) if whole else None
+    return cast(StoredRow, row) if whole else None

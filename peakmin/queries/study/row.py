@@ -11,12 +11,13 @@ from typing import Literal, TypedDict
 
 from ...errors import PeakminError
 from ...plan.document import Status
-from ...programs.program import Programs
 from ...search.solve import solve
 from ...spec.reading import load
 from ...spec.spec import AnySpec, spec_of
+from ..threads import OfThread
 
 _one_at_a_time = threading.Lock()  # cvxpy does not build problems in two threads at once
+_own = OfThread()  # of a worker; executors carry functions with their text only, so what stays has to stand here
 
 
 class Row(TypedDict):
@@ -36,16 +37,6 @@ class Row(TypedDict):
     error: str | None
 
 
-class _Worker(threading.local):
-    """What a worker, which is a thread of an executor's process, keeps from one row to the next."""
-
-    def __init__(self) -> None:
-        self.programs = Programs()
-
-
-_worker = _Worker()  # executors carry functions with their text only: what stays has to stand here
-
-
 def spec_hash(spec: AnySpec) -> str:
     """16 hexadecimal digits of the SHA-256 of a spec: of all its fields, defaults included, in any order."""
     text = json.dumps(json.loads(spec.to_json()), sort_keys=True, separators=(",", ":"))
@@ -57,7 +48,7 @@ def solved_row(text: str) -> Row:
     began = time.perf_counter()
     try:
         asked = spec_of(load(text))
-        with _one_at_a_time, _worker.programs as programs:
+        with _one_at_a_time, _own.programs as programs:
             plan = solve(asked.task, asked.settings, programs=programs)
     except Exception as error:
         said = str(error) if isinstance(error, PeakminError) else f"{type(error).__name__}: {error}"
