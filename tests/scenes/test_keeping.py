@@ -42,7 +42,8 @@ REGION = np.array([(-1.0, -2.0), (3.0, -1.0), (2.0, 2.0), (-2.0, 1.5)])
 FREE = wall_maneuver(obstacles=())
 
 
-def kept(motion, **fields):
+def numbers(motion, **fields):
+    """What a motion keeps where nothing but these fields is asked."""
     return keeping(FREE.model_copy(update=fields), motion)
 
 
@@ -56,7 +57,7 @@ def test_the_region_is_as_near_as_it_is(seed, wrap):
     r = motion.position(np.linspace(0, motion.nodes[-1], 200_001))
     seen = float(np.min(r @ normals.T - offsets))
     fastest = float(np.max(np.hypot(*motion.velocity(motion.nodes).T)))
-    found = kept(wrap(motion), region=tuple(map(tuple, REGION.tolist())))
+    found = numbers(wrap(motion), region=tuple(map(tuple, REGION.tolist())))
     peak = motion.peak()
     step = motion.nodes[-1] / 200_000
     assert seen - 2e-8 * (1 + peak) * (1 + motion.nodes[-1] ** 2) - fastest * step <= found.region <= seen + 1e-12
@@ -67,29 +68,29 @@ def test_the_region_is_met_between_the_nodes():
     motion = hold((0, 0.5), (1, -1), (0, 2))
     for level in (0.3, 0.2):
         region = ((-9.0, level), (9.0, level), (9.0, 9.0), (-9.0, 9.0))
-        assert kept(motion, region=region).region == pytest.approx(0.25 - level, abs=1e-14)
-        by_chords = kept(Opaque(motion), region=region).region
+        assert numbers(motion, region=region).region == pytest.approx(0.25 - level, abs=1e-14)
+        by_chords = numbers(Opaque(motion), region=region).region
         assert 0.25 - level - 1e-8 <= by_chords <= 0.25 - level
     turning = hold((0, 0.5), (1, 1), (0, 2))  # rises all the time: least at its start
-    assert kept(turning, region=((-9.0, 0.0), (9.0, 0.0), (9.0, 9.0), (-9.0, 9.0))).region == 0.5
+    assert numbers(turning, region=((-9.0, 0.0), (9.0, 0.0), (9.0, 9.0), (-9.0, 9.0))).region == 0.5
     late = hold((0, 0.5), (1, -4), (0, 2))  # still falling at its end
-    assert kept(late, region=((-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0))).region == pytest.approx(6.5)
-    assert kept(late).region == math.inf
+    assert numbers(late, region=((-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0))).region == pytest.approx(6.5)
+    assert numbers(late).region == math.inf
 
 
 @both
 def test_the_largest_speed(wrap):
     motion = wrap(hold((0, 0), (3, 4), (0, -8), (-6, 8), dt=1.0))  # (3, 4), (3, -4), (-3, 4)
-    found = kept(motion, max_speed=5.0).speed
+    found = numbers(motion, max_speed=5.0).speed
     assert 5 <= found <= 5 + 1e-3
     slow_in_between = wrap(hold((0, 0), (3, 0), (-6, 0)))
-    assert 3 <= kept(slow_in_between, max_speed=1.0).speed <= 3 + 1e-3
-    assert kept(motion).speed == 0
-    assert kept(hold((0, 0), (3, 4), (0, -8), (-6, 8)), max_speed=5.0).speed == 5
+    assert 3 <= numbers(slow_in_between, max_speed=1.0).speed <= 3 + 1e-3
+    assert numbers(motion).speed == 0
+    assert numbers(hold((0, 0), (3, 4), (0, -8), (-6, 8)), max_speed=5.0).speed == 5
     late = HoldTrajectory(np.array([0, 0.500025, 1]), np.array([[10.0, 0], [-10, 0]]), np.zeros(2), np.zeros(2))
-    assert kept(wrap(late), max_speed=5.0).speed >= 5.00025 * (1 - 1e-12)  # between the times that chords look at
+    assert numbers(wrap(late), max_speed=5.0).speed >= 5.00025 * (1 - 1e-12)  # between the times that chords look at
     swift = wrap(hold((0, 0), (0, 0), (10, 0), (-10, 0)))
-    assert 10 <= kept(swift, max_speed=1.0).speed <= 10 + 2e-3
+    assert 10 <= numbers(swift, max_speed=1.0).speed <= 10 + 2e-3
 
 
 def test_speeds_between_the_times_that_are_looked_at_are_charged():
@@ -97,7 +98,7 @@ def test_speeds_between_the_times_that_are_looked_at_are_charged():
     for _ in range(20):
         motion = random_motion(rng, holds=3)
         exact = float(np.max(np.hypot(*motion.velocity(motion.nodes).T)))
-        assert exact <= kept(Opaque(motion), max_speed=1.0).speed <= exact * (1 + 1e-9) + motion.peak() * 1e-4
+        assert exact <= numbers(Opaque(motion), max_speed=1.0).speed <= exact * (1 + 1e-9) + motion.peak() * 1e-4
 
 
 def test_the_verdict():
@@ -165,7 +166,7 @@ def test_what_lies_behind_a_block_with_a_side_is_closed_between_start_and_goal(a
 
 
 @both
-def test_a_start_and_a_goal_behind_a_block_are_beside_what_isclosed_behind(wrap):
+def test_a_start_and_a_goal_behind_a_block_are_beside_what_is_closed(wrap):
     """Above a block that is passed below: away from the way one may go, along it not."""
     ends = {"start": pm.State(position=(5, 3)), "goal": pm.State(position=(6, 3))}
     for place, away in (((5, 3), -1), ((6, 3), 1)):
@@ -207,7 +208,7 @@ def test_what_is_behind_a_block_is_closed_however_far_away(speed):
     assert _far(wide, hold((0, 0), (50, 0), (0, 0))) == 5e4
 
 
-def test_where_blocks_meet_isclosed_behind():
+def test_where_blocks_meet_is_closed():
     pair = wall_maneuver(obstacles=[box(0.4, 0.6, -2, 0.1), box(0.4, 0.6, 0.1, 2)])
     assert holds_points(pair, (0.5, 0.1), (0.5, -1), (0.7, 0.1)) == [True, True, False]
     through = hold((0, 0.1), (1, 0), (0, 0), (0, 0))  # along the joint: clear of each block, not of both

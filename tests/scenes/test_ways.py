@@ -1,5 +1,6 @@
 """The ways past blocks: strips, gaps and their order, against points of the plane and paths drawn by hand."""
 
+import dataclasses
 import itertools
 import math
 
@@ -14,6 +15,7 @@ from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
 from peakmin.scenes.blocks import ListedBranch, ListedProof, covered
 from peakmin.scenes.cells import Cells
+from peakmin.scenes.kinds import scene_of
 from peakmin.spec.obstacles import convex, covers
 from tests.conftest import wall_maneuver
 from tests.random_scenes import scene
@@ -150,8 +152,8 @@ def test_features_of_the_size_of_rounding_errors_close_nothing(s):
     leaning = [(0.5, -1.2), (0.5 + 2.5 * s, -1.2), (0.5 + 2.5 * s, -1.0), (0.5 + 0.8 * s, 0.0), (0.5, 0.0)]
     blocks = [pm.Block(vertices=leaning, side="left"), box(0.75, 0.9, -1.2, 0.05, side="left")]
     far = pm.Block(vertices=[(0.5, -1e5), (0.51, -1e5), (0.51, -1.1e5), (0.5, -1.1e5)])
-    for scene_of in (blocks, [*blocks, far]):
-        plan = pm.solve(past(*scene_of))
+    for several in (blocks, [*blocks, far]):
+        plan = pm.solve(past(*several))
         assert plan.status == "solved"
         assert plan.lower_bound < 4.20693
         assert plan.peak < 4.207
@@ -280,6 +282,20 @@ def test_a_slit_along_the_edge_of_a_region_far_from_the_origin_stays_open(degree
             assert (1 in cells.ways[k]) == open_there
 
 
+def listed(plan):
+    """A plan's tree as the list of its ends."""
+    classes = plan.scene.classes
+
+    def ends(branch, way):
+        if branch.cut is None:
+            return [ListedBranch(way, branch.looks, branch.leaves)]
+        parts = classes.parts(classes.seen(way, branch.looks), branch.cut)
+        pairs = zip(branch.children, parts, strict=True)
+        return [end for child, part in pairs if child is not None for end in ends(child, part)]
+
+    return ListedProof(tuple(ends(plan.proof.root, classes.cells.ways)))
+
+
 def test_the_bound_knows_of_the_side_that_the_region_leaves():
     common = {"goal": pm.State(position=(2, 0)), "duration": 2.0}
     region = [(-0.2, -0.6), (2.2, -0.6), (2.2, 0.15), (-0.2, 0.15)]
@@ -295,10 +311,16 @@ def test_the_bound_knows_of_the_side_that_the_region_leaves():
     assert pm.verify(either.to_json()).passed
     free = pm.solve(past(box(0.9, 1.1, -0.3, 0.2), **common))
     assert free.lower_bound < 0.95 * either.lower_bound
-    # the proof of the free one is one of a smaller bound for this one, too
-    assert free.proof.bound(either.maneuver) == pytest.approx(free.lower_bound, rel=1e-9)
+    # a tree with a child for each gap of the one is not read as more than it is of the other
+    one, other = (scene_of(plan.maneuver).classes for plan in (either, free))
+    straight = pm.solve(wall_maneuver(obstacles=(), **common)).lower_bound
+    assert free.proof.bound(one) == pytest.approx(straight, rel=1e-9)
+    with pytest.raises(pm.SpecError, match="a leaf of the proof is of other walls"):
+        pm.verify(dataclasses.replace(free, proof=either.proof).to_json())
+    # as a list, the proof of the free one is one of a smaller bound for this one, too
+    assert listed(free).bound(one) == pytest.approx(free.lower_bound, rel=1e-9)
     # but not the other way around
-    assert either.proof.bound(free.maneuver) == 0
+    assert listed(either).bound(other) == 0
 
 
 @pytest.mark.parametrize("size", [1.0, 1e3])
@@ -490,7 +512,8 @@ def proof_of(cells, way, lines):
 
 def test_a_branch_bounds_its_way_in_its_units():
     maneuver = past(box(0.4, 0.6, -0.1, 0.3), duration=2.0)
-    cells = Cells(maneuver)
+    classes = scene_of(maneuver).classes
+    cells = classes.cells
     over = proof_of(cells, ((0,), (1,), (0,)), [(0.5, 1)])
     assert over.bound(cells) == pytest.approx(
         pm.solve(wall_maneuver(duration=2.0, obstacles=(pm.Wall(tip=(0.5, 0.3)),))).lower_bound, rel=1e-4
@@ -501,9 +524,12 @@ def test_a_branch_bounds_its_way_in_its_units():
     assert 0 < under.bound(cells) < over.bound(cells)
     assert ListedProof((over, under)).bound(classes) == under.bound(cells)
     assert (
-        ListedProof((over,)).bound(classes) == ListedProof((under,)).bound(classes) == ListedProof(()).bound(classes) == 0
+        ListedProof((over,)).bound(classes)
+        == ListedProof((under,)).bound(classes)
+        == ListedProof(()).bound(classes)
+        == 0
     )
-    closed = past(box(0.4, 0.6, 0.1, 0.3, side="left"), box(0.4, 0.6, -0.3, -0.1, side="right"))
+    closed = scene_of(past(box(0.4, 0.6, 0.1, 0.3, side="left"), box(0.4, 0.6, -0.3, -0.1, side="right"))).classes
     assert ListedProof(()).bound(closed) == 0
     empty = ListedBranch(((0,), (), (0,)), (), ())
     assert ListedProof((empty, under, over)).bound(classes) == under.bound(cells)
