@@ -145,7 +145,7 @@ def told(kind, name, what="one more"):
     setattr(kind, name, after)
 
 told(least_peak.LeastPeak, "__call__")
-told(tree.Search, "_solve")
+told(tree.Tree, "_bounded")
 told(repairs.Repair, "__init__", "one more repair")
 cli.main()
 """

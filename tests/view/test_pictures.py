@@ -150,7 +150,7 @@ def test_a_plan_without_a_motion_has_one_picture_of_its_place(kind):
     assert plan.kind == kind
     with_motion = pictures.figures(plan)
     assert len(with_motion["plan"].axes) == {"point": 2, "arm": 4}[kind]
-    without = pictures.figures(replace(plan, **{"joints" if kind == "arm" else "trajectory": None}))
+    without = pictures.figures(replace(plan, trajectory=None, **({"joints": None} if kind == "arm" else {})))
     assert list(without) == ["plan"]
     (ax,) = without["plan"].axes
     assert labels(ax) == {"point": {"wall", "start", "goal"}, "arm": {"obstacle", "margin", "base"}}[kind]
@@ -307,4 +307,4 @@ def test_an_animation_has_a_frame_for_each_instant_and_things_move_in_it(kind):
     assert film == pictures.animate(plan, frames=5)
     assert not plt.get_fignums()
     with pytest.raises(ValueError, match="no trajectory"):
-        pictures.animate(replace(plan, **{"joints" if kind == "arm" else "trajectory": None}))
+        pictures.animate(replace(plan, trajectory=None, **({"joints": None} if kind == "arm" else {})))
