@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cycler import cycler
 
-from ..types import Json
 from . import pyplot as plt
 
 if TYPE_CHECKING:
     from .pyplot import Axes, Figure, RcKeyType
 
 DPI = 150  # of a file
-Look = Json  # what matplotlib is told of an artist: names and values are matplotlib's
+Look = dict[str, Any]  # what matplotlib is told of an artist: names and values are matplotlib's
 
 # Okabe and Ito's colours in an order whose lightness differs too; dashes tell the lines apart in grey.
 BLUE, ORANGE, GREEN, PINK, BLACK, RED = "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#D55E00"
