@@ -150,7 +150,7 @@ def test_a_plan_without_a_motion_has_one_picture_of_its_place(kind):
     assert plan.kind == kind
     with_motion = pictures.figures(plan)
     assert len(with_motion["plan"].axes) == {"point": 2, "arm": 4}[kind]
-    without = pictures.figures(replace(plan, trajectory=None, **({"joints": None} if kind == "arm" else {})))
+    without = pictures.figures(unmoved(plan))
     assert list(without) == ["plan"]
     (ax,) = without["plan"].axes
     assert labels(ax) == {"point": {"wall", "start", "goal"}, "arm": {"obstacle", "margin", "base"}}[kind]
@@ -269,6 +269,11 @@ def test_size_peak_and_bound_can_be_told_apart_where_they_are_equal(plan):
     assert (bound.get_linestyle(), bound.get_marker()) == ("None", 6)
 
 
+def unmoved(plan):
+    """The plan without its motion."""
+    return replace(plan, trajectory=None, **({"joints": None} if plan.kind == "arm" else {}))
+
+
 def arm_plan():
     link = {"length": 4.0, "mass": 0.5, "half_width": 0.1}
     ends = {"start": pm.Pose(tip=(2.22, -2.693), elbow="up"), "goal": pm.Pose(tip=(5, 3), elbow="up")}
@@ -307,4 +312,4 @@ def test_an_animation_has_a_frame_for_each_instant_and_things_move_in_it(kind):
     assert film == pictures.animate(plan, frames=5)
     assert not plt.get_fignums()
     with pytest.raises(ValueError, match="no trajectory"):
-        pictures.animate(replace(plan, trajectory=None, **({"joints": None} if kind == "arm" else {})))
+        pictures.animate(unmoved(plan))

@@ -201,7 +201,7 @@ def test_files_of_another_kind_are_called_so(spec, tmp_path, capsys):
 
 
 def test_what_cannot_be_written_is_refused_before_anything_is_solved(spec, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("peakmin.api.solve", None)
+    monkeypatch.setattr("peakmin.cli.solve", None)
     (tmp_path / "file").write_text("")
     study = tmp_path / "study.json"
     study.write_text(json.dumps({"base": json.loads(spec().read_text()), "grid": {"maneuver.mass": [1.0]}}))

@@ -65,7 +65,7 @@ def test_an_interrupted_write_leaves_the_file_of_before(tmp_path, monkeypatch, a
 
 
 def test_a_folder_that_cannot_be_written_is_told_before_anything_is_solved(spec, tmp_path, capsys, monkeypatch):  # noqa: F811
-    monkeypatch.setattr("peakmin.api.solve", None)
+    monkeypatch.setattr("peakmin.cli.solve", None)
     monkeypatch.setattr("peakmin.cli.sweep", None)
     (tmp_path / "file").write_text("")
     path = spec(obstacles=[{"tip": [0.5, 0.5]}])
