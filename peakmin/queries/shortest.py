@@ -182,7 +182,7 @@ def _climb(maneuver: Maneuver, peak: float, shares: Array, ceiling: float) -> tu
     """The least D [s] at these shares (infinite if above the ceiling), and the multipliers met on the way, scaled."""
     units = PointMass.of(maneuver)
     place = tuple(shares.tolist())
-    by_speed = np.zeros((2 + len(place), 2))
+    by_speed = np.zeros((2 + len(place), units.dimension))
     by_speed[1] = units.vf - units.v0  # D >= |vf - v0| / peak to begin with
     chain: list[Array] = [by_speed]
     duration = max(_ruled_out(units, ShareBox(place, place, (by_speed,)), peak), START * maneuver.duration)

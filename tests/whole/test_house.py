@@ -1,5 +1,6 @@
 """The walls of the house hold: a forbidden import, put into a copy of the package, breaks the contract that forbids it."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -58,3 +59,38 @@ def test_a_forbidden_import_breaks_its_wall(copy, contract, file, line):
         assert broken(copy, contract) == 1
     finally:
         path.write_text(before)
+
+
+# the plane is known to polygons and strips, to what users write, to an arm's links and passages, and to pictures
+KNOW_THE_PLANE = (
+    "geometry/clearance.py",
+    "geometry/frame.py",
+    "geometry/integrals.py",
+    "geometry/norm.py",
+    "geometry/polygon.py",
+    "geometry/trapezoids.py",
+    "geometry/window.py",
+    "proofs/double_integrator.py",
+    "queries/compare.py",
+    "queries/given.py",
+    "queries/simulate.py",
+    "robots/",
+    "scenes/blocks.py",
+    "scenes/cells.py",
+    "scenes/kept.py",
+    "scenes/passages.py",
+    "spec/",
+    "view/",
+)
+PLANAR = re.compile(r"hypot|(zeros|ones|empty|full|eye|reshape)\([^()]*\b2\)|, 2\)\)|\[\.\.\., [01]\]|\[:, [01]\]")
+NOT_A_PLACE = re.compile(r"simplex\[|points\[:, 0\] if walls == 1|total\[:, 0\]|norms\(\)|\[\.\.\., None\]\)\[\.\.\., 0\]|axis=\(1, 2\)")
+
+
+def test_arrays_end_in_d_outside_of_what_knows_the_plane():
+    found = []
+    for path in sorted((ROOT / "peakmin").rglob("*.py")):
+        name = path.relative_to(ROOT / "peakmin").as_posix()
+        if not name.startswith(KNOW_THE_PLANE):
+            lines = enumerate(path.read_text().splitlines(), 1)
+            found += [f"{name}:{k}: {x.strip()}" for k, x in lines if PLANAR.search(x) and not NOT_A_PLACE.search(x)]
+    assert not found
