@@ -223,7 +223,8 @@ class PeakOracle:
         with self._own.programs as programs:
             least = LeastPeak(maneuver, self.settings, programs=programs)
             placed, bracket, unit = least.place(times) * least.mass.time, least(times), least.mass.unit
-        multipliers = np.zeros((2 + len(placed), len(maneuver.start.position))) if bracket.multipliers is None else bracket.multipliers
+        none = np.zeros((2 + len(placed), len(maneuver.start.position)))
+        multipliers = none if bracket.multipliers is None else bracket.multipliers
         solved = math.isfinite(bracket.upper)
         return _Answer(bracket.upper * unit, bracket.lower * unit, solved, placed, maneuver, multipliers)
 
