@@ -101,11 +101,13 @@ class Candidate(Generic[One]):
 class Trunk(Generic[Cut, Looks]):
     """What grows into a branch of the proof: a node's leaves, the cut it is split by and a trunk for each part.
 
+    proved: by the leaves [m/s^2], which are those of the node's best class.
     Parts that look at the same are one trunk, with how much of each is looked at where that is not the trunk's own.
     """
 
     leaves: tuple[Leaf, ...]
     looks: Looks
+    proved: float
     cut: Cut | None = None
     children: list[tuple[Looks | None, Trunk[Cut, Looks]] | None] = field(default_factory=list)
 
@@ -121,10 +123,11 @@ class Trunk(Generic[Cut, Looks]):
 
 @dataclass(frozen=True)
 class Node(Generic[One, Part, Cut, Looks]):
-    """A class that waits, and where it stands in the proof."""
+    """A class that waits, how much is looked at of the part that it is of, and where it stands in the proof."""
 
     here: Bounded[One]
     part: Part
+    looks: Looks
     trunk: Trunk[Cut, Looks]
 
 
@@ -144,8 +147,8 @@ class Tree(Generic[One, Part, Cut, Looks]):
         first = scene.seen(part, looks)
         here = None if first is None else self._bounded(first)
         assert here is not None
-        trunk: Trunk[Cut, Looks] = Trunk(tuple(here.certificate.leaves), looks)
-        self.root: Node[One, Part, Cut, Looks] = Node(here, part, trunk)
+        trunk: Trunk[Cut, Looks] = Trunk(tuple(here.certificate.leaves), looks, here.own)
+        self.root: Node[One, Part, Cut, Looks] = Node(here, part, looks, trunk)
         self.last = self.root
         self._wait(self.root)
 
@@ -227,7 +230,7 @@ class Tree(Generic[One, Part, Cut, Looks]):
         elif step is not None:
             yield from self._split(node, path, step)
         elif not here.certificate.complete and here.certificate.nodes < scene.boxes(len(here.past.walls), True):
-            yield from self._again(node, path, node.trunk.looks, more=True)
+            yield from self._again(node, path, node.looks, more=True)
         else:
             self._closed.append(node)
 
@@ -239,11 +242,11 @@ class Tree(Generic[One, Part, Cut, Looks]):
         here = None if one is None else self._bounded(one, node.here, path, more)
         trunk = node.trunk
         if here is None:  # nothing crosses the walls: that is the proof
-            trunk.leaves, trunk.looks = (), looks
+            trunk.leaves, trunk.looks, trunk.proved = (), looks, math.inf
             return
-        if here.own >= node.here.own:
-            trunk.leaves, trunk.looks = tuple(here.certificate.leaves), looks
-        yield replace(node, here=here)
+        if here.own >= trunk.proved:
+            trunk.leaves, trunk.looks, trunk.proved = tuple(here.certificate.leaves), looks, here.own
+        yield replace(node, here=here, looks=looks)
 
     def _split(
         self, node: Node[One, Part, Cut, Looks], path: Samples, cut: Cut
@@ -283,8 +286,8 @@ class Tree(Generic[One, Part, Cut, Looks]):
         looks, here = self.scene.child(part, above, path, solve)
         if here.one in same:
             return same[here.one], looks, False
-        trunk: Trunk[Cut, Looks] = Trunk(tuple(here.certificate.leaves), looks)
-        node: Node[One, Part, Cut, Looks] = Node(here, part, trunk)
+        trunk: Trunk[Cut, Looks] = Trunk(tuple(here.certificate.leaves), looks, here.own)
+        node: Node[One, Part, Cut, Looks] = Node(here, part, looks, trunk)
         same[here.one] = node
         return node, looks, True
 
