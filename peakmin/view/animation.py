@@ -103,7 +103,7 @@ def arm_scene(plan: ArmPlan, frames: int, left: Axes, right: Axes) -> Scene:
     look_through(left, (shown.min(axis=0) - 0.08 * size, shown.max(axis=0) + 0.08 * size))
     base_force(plan, ax=right)
     wide = [k for k in range(chain.links) if chain.half_width[k]]
-    matter = [left.fill([], [], facecolor="#00000030", edgecolor=BLACK, zorder=4)[0] for _ in wide]
+    matter = [left.fill([], [], facecolor="#00000030", edgecolor=BLACK, linestyle="-", zorder=4)[0] for _ in wide]
     (arm,) = left.plot([], [], color=BLACK, linestyle="-", marker="o", linewidth=2.5, zorder=5)
     (mass,) = left.plot([], [], color=BLUE, markersize=7, **POINT)
     push = left.quiver(*chain.base, 0, 0, **arrow(plan.peak_force, ARM_ARROW * size))

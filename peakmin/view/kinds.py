@@ -26,7 +26,7 @@ class Kind(Generic[P]):
     bounded: of what its lower bound is one;  made: how it was made;  facts: lines under its answer;
     tries: other questions that may help;  finer: settings that may.
     place: the picture that needs no motion;  panels: those beside it in the overview;  alone: those by themselves, by
-    the names of their files, with their sizes;  scene: what moves in its animation.
+    the names of their files;  scene: what moves in its animation.
     film: the animation's file;  filmed: whether the terminal makes it unless told otherwise.
     """
 

@@ -107,10 +107,11 @@ def around_base(ax: Axes, maneuver: ArmManeuver) -> None:
 
 def links(ax: Axes, points: Array, half_width: Array, shade: str) -> None:
     """The links' matter: all that is within their half-widths [m] of the lines between the joints (n+1, 2)."""
-    edge: Look = {"edgecolor": shade, "facecolor": (*[float(shade)] * 3, 0.08), "linewidth": 0.6, "zorder": 2.5}
+    edge: Look = {"edgecolor": shade, "linestyle": "-", "linewidth": 0.6}
+    inside: Look = {"facecolor": (*[float(shade)] * 3, 0.08), "zorder": 2.5}
     for one, other, width in zip(points, points[1:], half_width, strict=False):
         if width:
-            ax.fill(*capsule(one, other, width).T, **edge)
+            ax.fill(*capsule(one, other, width).T, **edge, **inside)
 
 
 def capsule(one: Array, other: Array, width: float) -> Array:
