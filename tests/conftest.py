@@ -1,5 +1,6 @@
 import json
 import os
+import signal
 from collections import Counter
 
 import hypothesis
@@ -9,6 +10,9 @@ import peakmin as pm
 
 matplotlib.use("Agg")
 ALL = os.environ.get("PEAKMIN_SEEDS") == "all"  # `make proofs`: every seed of what `make test` takes some of
+# in the background of a script Ctrl-C is ignored, also by the processes that tests start and stop in this way
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 # the same examples every time: a failure in `make test` is the change's, not the day's
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("repeatable")

@@ -313,7 +313,7 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path):
     assert not store.exists()
     with open(f"{store}.journal", "ab") as torn:
         torn.write(json.dumps(kept[0]).encode()[:-30])
-    out, err = (again := peakmin("study", file, "--out", store, "--json", "--workers", 2)).communicate()
+    out, err = (again := peakmin("study", file, "--out", store, "--json", "--workers", 1)).communicate()
     assert (again.returncode, err) == (0, "")
     assert len(json.loads(out)["rows"]) == 30
     lines = Path(f"{store}.journal").read_bytes().split(b"\n")[:-1]
@@ -322,7 +322,7 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path):
     after = [json.loads(line) for line in lines[len(kept) + 1 :]]
     assert len(kept) + len(after) == 30  # nothing lost, nothing twice
     assert Counter(row["spec"] for row in kept + after) == Counter(spec_hash(spec) for spec in durations(30).specs)
-    assert sum(row["compilations"] for row in after) <= 2  # one for each worker
+    assert sum(row["compilations"] for row in after) == 1
     with open(store) as written:
         rows = list(csv.DictReader(written))
     assert [float(row["maneuver.duration"]) for row in rows] == np.linspace(1, 2, 30).tolist()
@@ -351,14 +351,12 @@ def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path, rows):
     file, store = tmp_path / "study.json", tmp_path / "rows.csv"
     file.write_text(durations(400).to_json())
     process = begun(file, store, 1, rows)
-    began = time.monotonic()
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
-    out, err = process.communicate(timeout=20)
-    assert time.monotonic() - began < 10
+    out, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert out == ""
     done = len(journal(store))
-    assert done >= rows
+    assert rows <= done < 200  # it does not go on to the end, however loaded the computer is
     assert err == f"peakmin: stopped, {done} of 400 rows done; the same study run again goes on from there\n"
     assert all_gone(process.pid)
     assert not store.exists()
