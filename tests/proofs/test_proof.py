@@ -194,9 +194,9 @@ def change(path, value=None):
     [
         change(["acceleration", 7, 0], 1.25),
         change(["position", 7, 0], 1.25),
-        change(["proof", 3]),
-        change(["proof", 3, "multipliers", 0, 0], 9.0),
-        change(["proof", 3, "high", 0], 0.4),
+        change(["proof", "leaves", 3]),
+        change(["proof", "leaves", 3, "multipliers", 0, 0], 9.0),
+        change(["proof", "leaves", 3, "high", 0], 0.4),
         change(["lower_bound"], lambda bound: bound * 1.00001),
         change(["peak"], lambda peak: peak * 0.999),
         change(["gap"], 1e-9),
@@ -222,7 +222,7 @@ def test_a_changed_plan_file_is_refused(written, spoil, forged):
         assert forged
         assert spoil is not None
         assert found.lower_bound <= pm.Plan.from_json(written).peak
-        assert data["proof"][3]["multipliers"][0][0] == 9.0
+        assert data["proof"]["leaves"][3]["multipliers"][0][0] == 9.0
     else:
         assert found.problems
 
