@@ -172,7 +172,7 @@ def _too_close(clear: LinkClearance, workspace: Workspace) -> Excess:
     """Why a motion does not keep clear of the obstacles, within reach and steady."""
     short = clear.short(workspace)
     if not clear.steady:
-        return Excess("arm", short, "m", "arm: joints jump where the folded arm passes its base")
+        return Excess("arm", short, "m", "arm: a joint jumps, as where a folded arm passes its base")
     if workspace.margin - clear.least >= short:
         return Excess("obstacles", short, "m", f"obstacles: a link comes {short:.6g} m too close")
     return Excess("arm", short, "m", f"arm: the path leaves its reach by {-clear.within:.6g} m")

@@ -336,16 +336,16 @@ def _control(data):
 
 
 def _multiplier(data):
-    data["proof"][0]["kept"]["children"][0]["leaves"][0]["multipliers"][0][0] *= 1.5
+    data["proof"]["passages"][0]["kept"]["children"][0]["leaves"][0]["multipliers"][0][0] *= 1.5
 
 
 def _child(data):
-    children = data["proof"][0]["kept"]["children"]
+    children = data["proof"]["passages"][0]["kept"]["children"]
     children[1] = None
 
 
 def _arc(data):
-    del data["proof"][0]["touching"][0]
+    del data["proof"]["passages"][0]["touching"][0]
 
 
 def _pose(data):

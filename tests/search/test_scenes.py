@@ -11,8 +11,11 @@ from peakmin.geometry.clearance import block_clearance
 from peakmin.geometry.trajectory import HoldTrajectory
 from peakmin.plan.document import digest
 from peakmin.programs.least_peak import LeastPeak
+from peakmin.scenes.blocks import BlockProof
 from peakmin.scenes.cells import Cells
 from peakmin.scenes.kept import keeping, kept
+from peakmin.scenes.kinds import scene_of
+from peakmin.search.tree import Effort, Tree
 from tests.conftest import ALL, wall_maneuver
 from tests.random_scenes import scene
 from tests.scenes.test_ways import DENTED
@@ -40,6 +43,15 @@ def assert_free(plan, samples=20_000):
     assert np.min(
         shapely.distance(shapely.union_all([shapely.Polygon(b.vertices) for b in maneuver.blocks]), points)
     ) >= (plan.clearance - 1e-12 * np.max(np.abs(plan.position(maneuver.duration))))
+
+
+@pytest.mark.parametrize("seed", [55, 130])
+def test_the_tree_s_proof_proves_its_bound(seed):
+    """Also where a class was looked at past other walls, or with more boxes, that proved less of it than before."""
+    classes = scene_of(scene(seed)).classes
+    tree = Tree(classes, Effort(gap=1e-4, most_boxes=100, most_rounds=12))
+    tree.run()
+    assert min(tree.lower, tree.upper) == pytest.approx(BlockProof(tree.root.trunk.branch()).bound(classes), rel=1e-12)
 
 
 @pytest.mark.uncounted
@@ -344,9 +356,10 @@ def written():
 @pytest.mark.parametrize(
     "spoil",
     [
-        lambda data: data["proof"].pop(0),
-        lambda data: data["proof"][0]["lines"][0].__setitem__(0, data["proof"][0]["lines"][0][0] - 0.05),
-        lambda data: data["proof"][0]["way"].__setitem__(1, [1 - gap for gap in data["proof"][0]["way"][1]][:1]),
+        lambda data: data["proof"]["root"]["children"].pop(0),
+        lambda data: data["proof"]["root"]["children"].__setitem__(0, None),
+        lambda data: data["proof"]["root"]["children"][1]["lines"].__setitem__(0, [0.75, 3]),
+        lambda data: data["proof"]["root"]["children"].reverse(),
         lambda data: data["walls"][0].__setitem__("tip", [0.3, -0.4]),
         lambda data: data.__setitem__("clearance", 0.1),
         lambda data: data["spec"]["maneuver"]["obstacles"][0]["vertices"].__setitem__(2, [0.45, 0.3]),
