@@ -7,7 +7,7 @@ BIN := .venv/bin
 paper: .venv/installed
 	$(BIN)/peakmin paper --out out
 
-# the notebooks are run in copies; tests/test_notebooks.py holds these against what is committed
+# the notebooks are run in copies; tests/whole/test_notebooks.py holds these against what is committed
 test: .venv/installed lint
 	rm -rf out/notebooks && mkdir -p out && cp -r notebooks out/
 	$(BIN)/pytest -n 2 -p no:benchmark --nbmake --overwrite out/notebooks
@@ -25,7 +25,7 @@ lint: .venv/installed
 
 # all seeds, 500 random maneuvers, 300 random scenes and 120 tasks of arms, where `make test` takes some
 proofs: .venv/installed
-	PEAKMIN_SEEDS=all $(BIN)/pytest -n 2 -p no:benchmark tests/test_agreement.py tests/test_exact.py tests/test_scenes.py tests/test_arm_tasks.py
+	PEAKMIN_SEEDS=all $(BIN)/pytest -n 2 --dist worksteal -p no:benchmark tests/proofs/test_agreement.py tests/proofs/test_exact.py tests/proofs/test_proof.py tests/search/test_scenes.py tests/search/test_arm_tasks.py tests/spec/test_limits.py
 
 # spoils the code of the proofs in one place after the other: each time a test must fail
 mutants: .venv/installed
@@ -34,7 +34,7 @@ mutants: .venv/installed
 # 21000 files of hostile bytes, broken specs and broken plans, others every time; `make fuzz SEED=7` has those of seed 7
 fuzz: SEED ?= $(shell date +%s)
 fuzz: .venv/installed
-	PEAKMIN_FUZZ=21000 PEAKMIN_FUZZ_SEED=$(SEED) $(BIN)/pytest -n 2 --dist worksteal -p no:benchmark tests/test_fuzz.py
+	PEAKMIN_FUZZ=21000 PEAKMIN_FUZZ_SEED=$(SEED) $(BIN)/pytest -n 2 --dist worksteal -p no:benchmark tests/whole/test_fuzz.py
 
 bench: .venv/installed
 	$(BIN)/python benchmarks/table.py
