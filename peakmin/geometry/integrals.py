@@ -192,13 +192,15 @@ def _turned(
 
         K = (v v'/r^2 + 1 - c c' - n n') / r,
 
-    the first three integrals of e^2/r^3, e s/r^3 and s^2/r^3. The first and the last add up to that of 1/r.
+    the three integrals of e^2/r^3, e s/r^3 and s^2/r^3; the first and the last add up to that of 1/r. Where p runs through
+    zero n is none, and all that lies across c counts alike, as n does in the plane.
     """
     out = [on_c * a + on_n * b for on_c, on_n in vectors for a, b in zip(c, n, strict=True)]
     rows = range(len(c))
     entries = [(c[i] * c[j], c[i] * n[j] + n[i] * c[j], n[i] * n[j], i == j) for i in rows for j in rows[i:]]
+    across = sum(b * b for b in n)  # 1, or 0
     for ee, es, ss in matrices:
-        out += [ee * cc - es * cn + ss * nn + (ee + ss) * (one - cc - nn) for cc, cn, nn, one in entries]
+        out += [ee * cc - es * cn + ss * nn + (across * ee + ss) * (one - cc - nn) for cc, cn, nn, one in entries]
     return out
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..types import Array
 
 ROUNDING = 64 * np.finfo(float).eps  # relative error allowed for a sum of products before it is a proof
-PARALLEL = 1e-15  # |e| / |p| up to which what is left of p across a direction is rounding errors of p
+PARALLEL = 1e-14  # |e| / |p| up to which what is left of p across a direction is rounding errors of p
 
 
 def dot(a: Array, b: Array) -> Array:

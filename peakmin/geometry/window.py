@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..types import Array, Index, Mask
-from .norm import ROUNDING, norm
+from .norm import ROUNDING, dot, norm
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Windows:
 
     def along(self, offsets: Array) -> Array:
         """f_i . x_i of offsets x from the tips, or of multipliers: (..., q, d) -> (..., q)."""
-        return np.asarray(np.sum(self.free * offsets, axis=-1))
+        return dot(self.free, offsets)
 
     def nearest(self, offsets: Array) -> Array:
         """The place of each window nearest to tip_i + x_i, seen from its tip: s_i f_i; x (..., q, d) -> (..., q, d)."""
@@ -69,8 +69,8 @@ class Windows:
 
     def least(self, multipliers: Array) -> Array:
         """min over W_i of l_i . w, (..., q, d) -> (..., q), minus infinity for l that are not admissible."""
-        falls = np.where(self.clear, np.minimum(self.along(multipliers), 0.0), 0.0)
-        return np.asarray(np.sum(self.tips * multipliers, axis=-1) + np.where(falls < 0, falls * self.width, 0.0))
+        falls = np.minimum(self.along(multipliers), 0.0)  # along f_i, beyond the tip
+        return np.asarray(dot(self.tips, multipliers) + falls * np.where(self.clear & (falls < 0), self.width, 0.0))
 
     def admissible(self, multipliers: Array) -> Array:
         """The multipliers l (..., q, d) with f_i . l_i raised to zero where a ray has it below."""

@@ -264,6 +264,13 @@ def test_what_is_proved_before_a_solver_was_asked():
     assert (begun.lower, begun.upper) == (0, 0)
     np.testing.assert_array_equal(begun.control, np.zeros((30, 2)))
     np.testing.assert_array_equal(begun.multipliers, np.zeros((3, 2)))
+    beyond = coasting.windows.tips - [[0, 0.3]]  # which passes the tip by as much, and the far end by half of it
+    assert past(coasting, tips=beyond).floor(np.array([0.5])) == 0
+    assert past(coasting, tips=beyond, width=np.array([1.0])).floor(np.array([0.5])) == 0
+    slit = past(coasting, tips=beyond, width=np.array([0.15]))
+    assert slit.floor(np.array([0.5])) > 0
+    begun = hold_problem(slit, np.array([0.5]), pm.Disc()).begin()
+    assert begun.upper == math.inf
     mass = PointMass.of(TABLE)
     times = np.array([0.3, 0.7])
     hold = hold_problem(mass, times, pm.Disc())
