@@ -192,8 +192,8 @@ def _turned(
 
         K = (v v'/r^2 + 1 - c c' - n n') / r,
 
-    the three integrals of e^2/r^3, e s/r^3 and s^2/r^3; the first and the last add up to that of 1/r. Where p runs through
-    zero n is none, and all that lies across c counts alike, as n does in the plane.
+    the three integrals of e^2/r^3, e s/r^3 and s^2/r^3; the first and the last add up to that of 1/r. Where p runs
+    through zero n is none, and all that lies across c counts alike, as n does in the plane.
     """
     out = [on_c * a + on_n * b for on_c, on_n in vectors for a, b in zip(c, n, strict=True)]
     rows = range(len(c))
