@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import SpecError
 from ..geometry.trajectory import Trajectory
 from ..proofs.bounds import Proof
 from ..proofs.check import CHECK
@@ -71,7 +72,7 @@ def verify(text: str | bytes) -> Verification:
     if plan.status == "unknown" != known:  # the others are looked at where their reasons are
         found.append(f"status: unknown, but it is {known}")
     found += plan.misstated()
-    found += unlike(_apart(new), _apart(plan.document()), plan.units)
+    found += _anew(plan, new)
     return Verification(plan, math.inf if motion is None else motion.peak(), bound, tuple(found))
 
 
@@ -94,6 +95,15 @@ def _kept(plan: Plan, kept: Kept) -> list[str]:
     if not plan.joined:
         found.append("joints: do not lead from the start's configuration to the goal's")
     return found
+
+
+def _anew(plan: Plan, data: Json) -> list[str]:
+    """What differs where the plan is written anew, or why it cannot be."""
+    try:
+        again = plan.document()
+    except SpecError as error:  # of a motion whose numbers no document has
+        return [f"the document: cannot be written anew ({error})"]
+    return unlike(_apart(data), _apart(again), plan.units)
 
 
 def _apart(data: Json) -> Json:

@@ -15,7 +15,7 @@ import pytest
 
 import peakmin as pm
 from peakmin import deadline
-from peakmin.programs import program  # noqa: F401  cvxpy is read before any clock runs
+from peakmin.search import solve  # noqa: F401  it and cvxpy are read before any clock runs
 from peakmin.spec.spec import read_spec
 from tests.conftest import ALL, wall_maneuver
 from tests.random_arms import task

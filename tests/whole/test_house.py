@@ -17,7 +17,11 @@ WALLS = [  # contract, file, what it must not import
     ("arithmetic", "plan/verify.py", "from ..search import solve"),
     ("arithmetic", "proofs/bounds.py", "import cvxpy"),
     ("arithmetic", "scenes/blocks.py", "def later():\n    from ..programs import program"),
-    ("arithmetic", "plan/plan.py", "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from ..programs import states"),
+    (
+        "arithmetic",
+        "plan/plan.py",
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from ..programs import states",
+    ),
     ("pictures", "search/sweep.py", "def drawn():\n    import matplotlib.pyplot"),
     ("pictures", "queries/budget.py", "import matplotlib"),
     ("programs", "search/held.py", "import cvxpy"),
@@ -83,7 +87,9 @@ KNOW_THE_PLANE = (
     "view/",
 )
 PLANAR = re.compile(r"hypot|(zeros|ones|empty|full|eye|reshape)\([^()]*\b2\)|, 2\)\)|\[\.\.\., [01]\]|\[:, [01]\]")
-NOT_A_PLACE = re.compile(r"simplex\[|points\[:, 0\] if walls == 1|total\[:, 0\]|norms\(\)|\[\.\.\., None\]\)\[\.\.\., 0\]|axis=\(1, 2\)")
+NOT_A_PLACE = re.compile(
+    r"simplex\[|points\[:, 0\] if walls == 1|total\[:, 0\]|norms\(\)|\[\.\.\., None\]\)\[\.\.\., 0\]|axis=\(1, 2\)"
+)
 
 
 def test_arrays_end_in_d_outside_of_what_knows_the_plane():
