@@ -1,9 +1,7 @@
 """Random tasks of two-link arms: what a plan states is held against the arm's own mechanics, by samples.
 
-`make test` takes some of the tasks; `make proofs` (PEAKMIN_SEEDS=all) takes all of them.
+`make test` takes some of the tasks and a short search; `make proofs` (PEAKMIN_SEEDS=all) all of them, to the end.
 """
-
-import os
 
 import numpy as np
 import pytest
@@ -11,10 +9,11 @@ import shapely
 
 import peakmin as pm
 from peakmin.robots.kinematics import unit
+from tests.conftest import ALL
 from tests.random_arms import TASKS, task
 
 pytestmark = pytest.mark.uncounted
-EVERY = 1 if os.environ.get("PEAKMIN_SEEDS") == "all" else 24
+SEEDS, SETTINGS = (range(TASKS), pm.Settings()) if ALL else (range(24, TASKS, 12), pm.Settings(node_limit=60))
 
 
 def momentum(plan, t):
@@ -55,12 +54,12 @@ def holds_true(plan):
         assert near <= plan.clearance + 1e-4
 
 
-@pytest.mark.parametrize("seed", range(0, TASKS, EVERY))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_plans_hold_true(seed):
     asked = task(seed)
     if asked is None:
         pytest.skip("the arm touches the table at an end: refused")
-    plan = pm.solve(asked)
+    plan = pm.solve(asked, SETTINGS)
     assert plan.lower_bound <= plan.peak
     found = pm.verify(plan.to_json())
     assert found.passed, found.problems
