@@ -19,7 +19,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 import peakmin as pm
-from peakmin import api, cli
+from peakmin import cli
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -95,11 +95,9 @@ def test_the_examples_print_what_the_page_says(page, tmp_path, monkeypatch, caps
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)
     # what one example has solved the next takes as it is: several commands are shown on one spec
-    solved = functools.cache(api.solve)
-    for module in (api, pm):
-        monkeypatch.setattr(
-            module, "solve", lambda maneuver, settings=None, progress=None: solved(maneuver, settings or DEFAULT)
-        )
+    solved = functools.cache(pm.solve)
+    for module in (cli, pm):
+        monkeypatch.setattr(module, "solve", lambda task, settings=None, *_, **__: solved(task, settings or DEFAULT))
     namespace = {"__name__": page.stem}
     for example in examples(page.read_text()):
         match example.language:
