@@ -8,8 +8,10 @@ from typing import overload
 
 from ..deadline import part
 from ..errors import SpecError
+from ..geometry.trajectory import Trajectory
 from ..plan.answer import plan_of
 from ..plan.arm_plan import ArmPlan
+from ..plan.found import Found
 from ..plan.plan import Plan
 from ..programs.program import Programs
 from ..proofs.bounds import Proof
@@ -25,7 +27,7 @@ from ..types import Progress
 from .arms import arm_plan
 from .held import Hold
 from .job import Job
-from .sweep import closer, refined, swept
+from .sweep import best_of_sweep, closer, refined
 from .tree import Effort, Tree, raised
 
 NEARBY = 1 / 64  # of the duration: where a polygon's or a uniform grid's best times are looked for
@@ -83,17 +85,25 @@ def solve(
 
 
 def _point_plan(scene: PointScene, job: Job) -> Plan:
-    settings = job.settings
+    """The best obstacle times and ways, then the settings' own control there, held to what it must keep."""
+    found, one = _best(scene, job)
+    plan = plan_of(scene, job.settings, found)
+    # a sweep's times are those that were asked for: no others are looked for
+    return _kept_out(scene, job, plan, one) if isinstance(job.settings.search, GlobalSearch) else plan
+
+
+def _best(scene: PointScene, job: Job) -> tuple[Found[Trajectory], WayClass | None]:
+    """The settings' control at the best obstacle times, and the ways past blocks that it takes."""
     if scene.classes is not None:
-        return _past_blocks(scene, scene.classes, job)
-    if isinstance(settings.search, GlobalSearch):
-        return _past_walls(scene, job)
-    if isinstance(settings.search, RefineSearch):
-        return plan_of(scene, settings, refined(scene.task, job))
-    return swept(scene, job).best
+        return _past_blocks(scene.classes, job)
+    if isinstance(job.settings.search, GlobalSearch):
+        return _past_walls(scene, job), None
+    if isinstance(job.settings.search, RefineSearch):
+        return refined(scene.task, job), None
+    return best_of_sweep(scene.task, job), None
 
 
-def _past_walls(scene: PointScene, job: Job) -> Plan:
+def _past_walls(scene: PointScene, job: Job) -> Found[Trajectory]:
     """Branch and bound in continuous time, then the settings' own control at (or near) the best times."""
     settings, mass = job.settings, scene.mass
     assert isinstance(settings.search, GlobalSearch)
@@ -106,11 +116,10 @@ def _past_walls(scene: PointScene, job: Job) -> Plan:
     times = found.times * mass.time
     if not same and mass.walls:
         times = closer(least, times, NEARBY * mass.time, job.until)
-    plan = plan_of(scene, settings, job.at(least, times, found.nodes, Proof("all", tuple(found.leaves))))
-    return _kept_out(scene, job, plan)
+    return job.at(least, times, found.nodes, Proof("all", tuple(found.leaves)))
 
 
-def _past_blocks(scene: PointScene, classes: BlockClasses, job: Job) -> Plan:
+def _past_blocks(classes: BlockClasses, job: Job) -> tuple[Found[Trajectory], WayClass]:
     """The search over the ways in continuous time, then the settings' own control past the walls that it put up."""
     settings = job.settings
     assert isinstance(settings.search, GlobalSearch)
@@ -123,8 +132,7 @@ def _past_blocks(scene: PointScene, classes: BlockClasses, job: Job) -> Plan:
     tree.run()
     best = tree.best or tree.nearest
     least, times = raised(classes, best, job, again=tree.best is not None)
-    plan = plan_of(scene, settings, job.at(least, times, effort.boxes, BlockProof(tree.root.trunk.branch())))
-    return _kept_out(scene, job, plan, best.one)
+    return job.at(least, times, effort.boxes, BlockProof(tree.root.trunk.branch())), best.one
 
 
 def _kept_out(scene: PointScene, job: Job, plan: Plan, one: WayClass | None = None) -> Plan:

@@ -21,7 +21,6 @@ from ..plan.found import Found
 from ..plan.plan import Plan
 from ..programs.least_peak import LeastPeak
 from ..programs.program import Programs
-from ..proofs.bracket import Bracket
 from ..scenes.kinds import PointScene, scene_of
 from ..spec.control_set import Polygon
 from ..spec.maneuver import Maneuver, walls_only
@@ -124,35 +123,44 @@ def sweep(
 
 def swept(scene: PointScene, job: Job, times: ArrayLike | None = None) -> Sweep:
     """The sweep of a scene whose settings fit it, as `sweep`."""
-    maneuver, settings = scene.task, job.settings
-    walls = len(maneuver.walls)
+    least, points, asked = _measured(scene.task, job, times)
+    peaks = np.array([least.bound(point) for point in points])
+    return Sweep(
+        scene.task,
+        job.settings,
+        points[:, 0] if points.shape[1] == 1 else points,
+        peaks,
+        np.array([least(point).lower for point in points]) * least.mass.unit,
+        plan_of(scene, job.settings, job.at(least, points[int(np.argmin(peaks))])),
+        asked,
+    )
+
+
+def best_of_sweep(maneuver: Maneuver, job: Job) -> Found[Trajectory]:
+    """The settings' control at the best of the obstacle times that are looked at."""
+    least, points, _ = _measured(maneuver, job, None)
+    return job.at(least, min(points, key=least.bound))
+
+
+def _measured(maneuver: Maneuver, job: Job, times: ArrayLike | None) -> tuple[LeastPeak, Array, int]:
+    """M at the obstacle times given, or those of the settings: at which it is known [s], (points, q), of how many."""
+    walls, search = len(maneuver.walls), job.settings.search
     if times is None:
-        assert isinstance(settings.search, SweepSearch)
-        span = settings.search.span(maneuver.duration)
-        points = np.array(list(itertools.combinations(np.linspace(*span, settings.search.count), walls)))
+        assert isinstance(search, SweepSearch)
+        span = search.span(maneuver.duration)
+        points = np.array(list(itertools.combinations(np.linspace(*span, search.count), walls)))
     else:
         points = _given(times, walls)
     points = points.reshape(-1, walls) if walls else np.zeros((1, 0))
     _refuse(points, maneuver)
-    least = job.least(maneuver)
-    brackets: list[Bracket] = []
+    least, done = job.least(maneuver), 0
     for done, point in enumerate(points, 1):
-        brackets.append(least(point))
+        least(point)
         if job.progress:
             job.progress(done, len(points))
         if over(job.until):
             break
-    asked, points = len(points), points[: len(brackets)]
-    peaks = np.array([least.bound(point) for point in points])
-    return Sweep(
-        maneuver,
-        settings,
-        points[:, 0] if walls == 1 else points,
-        peaks,
-        np.array([b.lower for b in brackets]) * least.mass.unit,
-        plan_of(scene, settings, job.at(least, points[int(np.argmin(peaks))])),
-        asked,
-    )
+    return least, points[:done], len(points)
 
 
 def refined(maneuver: Maneuver, job: Job) -> Found[Trajectory]:
