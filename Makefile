@@ -2,17 +2,16 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: paper test notebooks proofs mutants fuzz bench lint clean
+.PHONY: paper test tests notebooks proofs mutants fuzz bench lint clean
 
 paper: .venv/installed
 	$(BIN)/peakmin paper --out out
 
-# the notebooks are run in copies; tests/whole/test_notebooks.py holds these against what is committed
-test: .venv/installed lint
-	rm -rf out/notebooks && mkdir -p out && cp -r notebooks out/
-	$(BIN)/pytest -n 2 -p no:benchmark --nbmake --overwrite out/notebooks
-	$(BIN)/pytest -n 2 --dist worksteal -p no:benchmark -m uncounted
-	$(BIN)/pytest -n 2 --dist worksteal -p no:benchmark -m "not uncounted" --cov=peakmin --cov-report=term:skip-covered
+test: .venv/installed
+	$(MAKE) --jobs=2 lint tests
+
+tests: .venv/installed
+	$(BIN)/pytest -n 2 --dist worksteal -p no:benchmark --cov=peakmin --cov-report=term:skip-covered
 
 notebooks: .venv/installed
 	$(BIN)/python notebooks/remake.py notebooks/*.ipynb
@@ -23,9 +22,9 @@ lint: .venv/installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# all seeds, 500 random maneuvers, 300 random scenes and 120 tasks of arms, where `make test` takes some
+# all seeds where `make test` takes some: 500 random maneuvers, 300 random scenes, 120 tasks of arms and more
 proofs: .venv/installed
-	PEAKMIN_SEEDS=all $(BIN)/pytest -n 2 --dist worksteal -p no:benchmark tests/proofs/test_agreement.py tests/proofs/test_exact.py tests/proofs/test_proof.py tests/search/test_scenes.py tests/search/test_arm_tasks.py tests/spec/test_limits.py
+	PEAKMIN_SEEDS=all $(BIN)/pytest -n 2 --dist worksteal -p no:benchmark $$(grep -rlw --include='test_*.py' ALL tests)
 
 # spoils the code of the proofs in one place after the other: each time a test must fail
 mutants: .venv/installed

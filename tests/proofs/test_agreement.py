@@ -16,7 +16,7 @@ from peakmin.proofs.extremal import extremal
 from tests.conftest import ALL
 from tests.random_maneuvers import maneuver
 
-pytestmark = pytest.mark.uncounted
+pytestmark = pytest.mark.no_cover
 CHUNKS = [range(k, k + 50) for k in range(0, 500, 50)]
 NODES = {1: 300, 2: 40, 3: 20}
 POINTS = {1: 40, 2: 10, 3: 7}

@@ -61,7 +61,7 @@ SLOW = ("one of two walls", "speed", "speed past a wall", "region")
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.uncounted if name in SLOW else ()) for name in CASES]
+    "name", [pytest.param(name, marks=pytest.mark.no_cover if name in SLOW else ()) for name in CASES]
 )
 def test_conflicts_and_repairs(name, monkeypatch):
     tried = {}

@@ -12,7 +12,7 @@ from peakmin.robots.kinematics import unit
 from tests.conftest import ALL
 from tests.random_arms import TASKS, task
 
-pytestmark = pytest.mark.uncounted
+pytestmark = pytest.mark.no_cover
 SEEDS, SETTINGS = (range(TASKS), pm.Settings()) if ALL else (range(24, TASKS, 12), pm.Settings(node_limit=60))
 
 

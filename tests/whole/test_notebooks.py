@@ -49,7 +49,7 @@ def test_output_is_there_and_no_more_than_a_reader_needs(book):
         assert ("display_data" in kinds) == ("plt.show()" in source)
 
 
-@pytest.mark.uncounted
+@pytest.mark.no_cover
 def test_what_it_says_is_what_the_present_code_says(book, tmp_path):
     ran = Path(shutil.copy(book, tmp_path))
     remake(ran)
