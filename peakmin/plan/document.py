@@ -62,7 +62,7 @@ class LeafDocument(Model):
 class LeavesProof(Model):
     """Of walls alone: leaves that cover all obstacle times, or the plan's."""
 
-    kind: Literal["walls"] = "walls"
+    kind: Literal["walls"]
     leaves: list[LeafDocument]
 
 
@@ -84,7 +84,7 @@ class WayBranch(Model):
 class BlocksProof(Model):
     """Of blocks: a tree that covers every way past them."""
 
-    kind: Literal["blocks"] = "blocks"
+    kind: Literal["blocks"]
     root: WayBranch
 
 
@@ -99,7 +99,7 @@ class WayLeaves(Model):
 class ListProof(Model):
     """Of blocks, as files of version 1 have it: branches that cover every way past them."""
 
-    kind: Literal["listed"] = "listed"
+    kind: Literal["listed"]
     branches: list[WayLeaves]
 
 
@@ -143,7 +143,7 @@ class PassageDocument(Model):
 class ArmsProof(Model):
     """Of an arm's motions: all passages, but those that a flood of joint space with so many cells rules out."""
 
-    kind: Literal["arm"] = "arm"
+    kind: Literal["arm"]
     passages: list[PassageDocument]
     cells: Whole0
 
@@ -196,7 +196,7 @@ class PlanDocument(Model):
 
     kind_of_file: ClassVar[str] = "plan"
 
-    version: Literal[2] = VERSION
+    version: Literal[2]
     status: Status
     peak: Size | None
     lower_bound: Size | None
@@ -242,7 +242,7 @@ class PlanDocument(Model):
 class PointDocument(PlanDocument):
     """The plan of a centre of mass."""
 
-    kind: Literal["point"] = "point"
+    kind: Literal["point"]
     multipliers: Rows
     sensitivities: SensitivitiesDocument
     proof: Annotated[LeavesProof | BlocksProof | ListProof, Field(discriminator="kind")]
@@ -256,7 +256,7 @@ class PointDocument(PlanDocument):
 class ArmDocument(PlanDocument):
     """The plan of an arm."""
 
-    kind: Literal["arm"] = "arm"
+    kind: Literal["arm"]
     indices: tuple[Whole0, Whole0]
     contacts: list[str]
     exceeded: list[str]
@@ -318,14 +318,14 @@ def knowns(value: Array | float) -> list[object] | float | None:
 def proof_document(proof: Proof | BlockProof | ListedProof) -> LeavesProof | BlocksProof | ListProof:
     """What a document states of a proof."""
     if isinstance(proof, BlockProof):
-        return BlocksProof(root=WayBranch.of(proof.root))
+        return BlocksProof(kind="blocks", root=WayBranch.of(proof.root))
     if isinstance(proof, ListedProof):
         listed = [
             WayLeaves(way=[list(gaps) for gaps in one.way], lines=list(one.lines), leaves=LeafDocument.of(one.leaves))
             for one in proof.branches
         ]
-        return ListProof(branches=listed)
-    return LeavesProof(leaves=LeafDocument.of(proof.leaves))
+        return ListProof(kind="listed", branches=listed)
+    return LeavesProof(kind="walls", leaves=LeafDocument.of(proof.leaves))
 
 
 def arm_proof_document(proof: ArmProof) -> ArmsProof:
@@ -339,15 +339,15 @@ def arm_proof_document(proof: ArmProof) -> ArmsProof:
         every = [touching(each) for each in one.touching]
         return PassageDocument(indices=one.indices, kept=trunks[0], whole=trunks[1], touching=every)
 
-    return ArmsProof(passages=[passage(one) for one in proof.passages], cells=proof.cells)
+    return ArmsProof(kind="arm", passages=[passage(one) for one in proof.passages], cells=proof.cells)
 
 
 D = TypeVar("D", bound=PlanDocument)
 
 
-def signed(kind: type[D], **fields: Any) -> Json:
+def signed(made_as: type[D], **fields: Any) -> Json:
     """The document with these fields as plain data, with its digest."""
-    data: Json = kind(digest="", **fields).model_dump(mode="json")
+    data: Json = made_as(version=VERSION, digest="", **fields).model_dump(mode="json")
     made = data.pop("made")
     data["digest"] = digest(data)
     data["made"] = made

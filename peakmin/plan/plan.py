@@ -193,6 +193,7 @@ class Plan:
     def _fields(self) -> Json:
         """What the document of any plan has."""
         return {
+            "kind": self.kind,
             "status": self.status,
             "peak": known(self.peak),
             "lower_bound": known(self.lower_bound),
