@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: paper test tests notebooks proofs mutants fuzz bench lint clean
+.PHONY: paper test tests notebooks proofs mutants fuzz bench lint figures clean
 
 paper: .venv/installed
 	$(BIN)/peakmin paper --out out
@@ -34,6 +34,10 @@ mutants: .venv/installed
 fuzz: SEED ?= $(shell date +%s)
 fuzz: .venv/installed
 	PEAKMIN_FUZZ=21000 PEAKMIN_FUZZ_SEED=$(SEED) $(BIN)/pytest -n 2 --dist worksteal -p no:benchmark tests/whole/test_fuzz.py
+
+# how the code stands: circles, long functions and the like
+figures: .venv/installed
+	$(BIN)/python -m tests.figures
 
 bench: .venv/installed
 	$(BIN)/python benchmarks/table.py
