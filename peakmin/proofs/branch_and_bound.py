@@ -14,7 +14,7 @@ from ..types import Array, Mask, Progress
 from .bounds import Leaf, lower_bound, out_of_order
 from .descent import descend, elsewhere, unhindered
 from .double_integrator import PointMass
-from .extremal import APART, Extremal, ascend, extremal, far_apart, least_energy
+from .extremal import APART, Extremal, ascend, extremal, far_apart
 from .frontier import Frontier
 from .nodal import Nodal
 from .saddle import saddle
@@ -165,7 +165,7 @@ class _Box:
         # cheap multipliers first: far from the optimum they are good enough
         nodal = Nodal(mass, np.concatenate([[0.0], centre, [1.0]]))
         self._try(max(mass.elementary(centre), key=lambda trial: lower_bound(mass, centre, trial)), centre)
-        self._try(nodal.multipliers(least_energy(nodal)), centre)
+        self._try(nodal.multipliers(nodal.least_energy()), centre)
         if self.bound >= enough:
             return
         self._try(ascend(mass, centre), centre)

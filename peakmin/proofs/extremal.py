@@ -19,15 +19,14 @@ from ..geometry.costate import CostateTrajectory
 from ..geometry.norm import norm
 from ..spec.settings import Aligned
 from ..types import Array, Mask
-from .bounds import lower_bound
+from .bounds import lower_bound, lower_bounds
 from .bracket import Bracket
 from .double_integrator import PointMass, costate_at_kinks, normalized
+from .newton import newton
 from .nodal import Nodal
-from .primal import LANDED, coasting, motion
+from .primal import LANDED, attained, coasting, motion
 
-NEWTON_STEPS = 60
 A_FEW = 4  # Newton steps to multipliers that are good enough for a box of times
-PATIENCE = 5  # steps without progress, in F and in its gradient, that mean a kink
 SILENT = 1e-3  # p below this share of its maximum at both ends of a segment: perhaps zero at the optimum
 DEEPEST = 1  # silent stretches one in another that are looked for; each more multiplies the work
 APART = 1e-9  # least distance of obstacle times from each other and the ends at which M* is evaluated
@@ -81,7 +80,7 @@ def extremal(mass: PointMass, times: Array, start: Array | None = None, depth: i
     n = len(nodal.kinks)
     if mass.floor(times) == 0:
         return Extremal(0.0, 0.0, np.zeros((n, len(mass.v0))), coasting(nodal))
-    p = least_energy(nodal) if start is None else costate_at_kinks(normalized(start), times)[1]
+    p = nodal.least_energy() if start is None else costate_at_kinks(normalized(start), times)[1]
     best = _from(nodal, p, depth)
     if start is None and best.gap > SETTLED:
         # one equation may decide alone, with p silent wherever it does not look
@@ -141,9 +140,9 @@ def ascend(mass: PointMass, times: Array) -> Array:
     nodal = Nodal(mass, np.concatenate([[0.0], times, [1.0]]))
     none = np.zeros(len(nodal.kinks), dtype=bool)
     idle = np.zeros(mass.walls, dtype=bool)
-    p = least_energy(nodal)
+    p = nodal.least_energy()
     for _ in range(2):
-        p = _newton(nodal, p, nodal.basis(idle, none), steps=A_FEW)
+        p = newton(nodal, p, nodal.basis(idle, none), steps=A_FEW)
         pulls = mass.clear & (mass.windows.along(nodal.multipliers(p)[2:]) < 0)
         if not np.any(pulls & ~idle):
             break
@@ -180,11 +179,6 @@ def extremal_or_proposed(mass: PointMass, times: Array, propose: Callable[[Array
     return best
 
 
-def least_energy(nodal: Nodal) -> Array:
-    """Nodal values, shape (q+2, d), of the control of least int |u|^2: a start that is never far off."""
-    return np.asarray(np.linalg.solve(nodal.masses(), nodal.forces(np.zeros(nodal.mass.walls))))
-
-
 def _with_walls(nodal: Nodal, p: Array, silent: Mask, depth: int) -> tuple[Array, Extremal]:
     """Newton's method with the clear walls sorted into those that push and those that are passed beyond."""
     mass = nodal.mass
@@ -193,7 +187,7 @@ def _with_walls(nodal: Nodal, p: Array, silent: Mask, depth: int) -> tuple[Array
     nearest, best = p, None
     while idle.tobytes() not in seen:
         seen.add(idle.tobytes())
-        trial = _newton(nodal, p, nodal.basis(idle, silent))
+        trial = newton(nodal, p, nodal.basis(idle, silent))
         found, beyond = assemble(nodal, trial, silent, idle, depth)
         if best is None or found.gap < best.gap:
             nearest = trial
@@ -204,87 +198,68 @@ def _with_walls(nodal: Nodal, p: Array, silent: Mask, depth: int) -> tuple[Array
     return nearest, best
 
 
-def _newton(nodal: Nodal, p: Array, basis: Array, steps: int = NEWTON_STEPS) -> Array:
-    """A minimiser of F over the span of the basis, from the projection of p; damped, never longer than a bound."""
-    c = nodal.forces(np.zeros(nodal.mass.walls)).ravel()
-    y = basis.T @ p.ravel()
-    here = _Point.of(nodal, basis, c, y)
-    if here.work <= 0 or here.impulse == 0:
-        here = _Point.of(nodal, basis, c, basis.T @ least_energy(nodal).ravel())
-        if here.work <= 0 or here.impulse == 0:
-            return np.asarray((basis @ here.y).reshape(p.shape))
-    # the best multiple of the start
-    here = _Point.of(nodal, basis, c, here.y * (here.work / here.impulse**2))
-    best, damping, least = here, 0.0, 1e-15 * float(np.linalg.norm(c))
-    history: list[tuple[float, float]] = []
-    for _ in range(steps):
-        history.append((here.f, here.size))
-        if len(history) > PATIENCE:
-            f_before, g_before = history[-1 - PATIENCE]
-            if f_before - here.f < 1e-3 * abs(here.f) and here.size > 0.5 * g_before:
-                break  # at a kink of F, where no gradient vanishes
-        scale = here.hessian.trace() / len(y)
-        for _ in range(40):
-            try:
-                damped = here.hessian + damping * scale * np.eye(len(y)) if damping else here.hessian
-                step = -np.linalg.solve(damped, here.g)
-            except np.linalg.LinAlgError:
-                damping = max(10 * damping, 1e-12)
-                continue
-            trial = _Point.of(nodal, basis, c, here.y + step)
-            # close to the optimum F stands still in its last digits while its gradient still falls
-            if trial.f < here.f or (trial.f <= here.f + 1e-13 * abs(here.f) and trial.size < here.size):
-                break
-            damping = max(10 * damping, 1e-12)
-        else:
-            break
-        here = trial
-        damping = damping / 10 if damping > 1e-12 else 0.0
-        if here.size < best.size:
-            best = here
-        if here.size <= least:
-            break
-    return np.asarray((basis @ best.y).reshape(p.shape))
-
-
-@dataclass(frozen=True)
-class _Point:
-    """F, its gradient g with its size, and its Hessian at P = basis y, with <P, c> and I."""
-
-    y: Array
-    work: float
-    impulse: float
-    f: float
-    g: Array
-    size: float
-    hessian: Array
-
-    @classmethod
-    def of(cls, nodal: Nodal, basis: Array, c: Array, y: Array) -> _Point:
-        p = basis @ y
-        impulse, gradient, hessian = nodal.derivatives(p.reshape(nodal.kinks.size, -1))
-        work = float(c @ p)
-        g = basis.T @ (impulse * gradient - c)
-        curved = basis.T @ (gradient[:, None] * gradient + impulse * hessian) @ basis
-        return cls(y, work, impulse, 0.5 * impulse**2 - work, g, math.sqrt(g @ g), curved)
-
-
 def assemble(nodal: Nodal, p: Array, silent: Mask, idle: Mask, depth: int = 0) -> tuple[Extremal, Array]:
     """Both ends from the nodal values p, shape (n, d), and how far beyond its tip each idle wall is passed."""
     times, mass = nodal.kinks[1:-1], nodal.mass
     multipliers = nodal.multipliers(p)
     work = float(np.sum(p * nodal.forces(np.zeros(mass.walls))))
-    impulse, impulses, _ = nodal.derivatives(p)
-    peak = max(work, 0.0) / (impulse or 1.0)
+    impulse, impulses = nodal.derivatives(p)
+    peak = max(work, 0.0) / (float(impulse) or 1.0)
 
     def fill(part: PointMass, at: Array) -> CostateTrajectory:
         return extremal(part, at, depth=depth + 1).motion
 
     try:
-        made, beyond = motion(nodal, p, silent, peak, impulses.reshape(p.shape), idle, fill)
+        made, beyond = motion(nodal, p, silent, peak, impulses, idle, fill)
     except np.linalg.LinAlgError:
         made, beyond = None, np.full(mass.walls, -np.inf)
     lower = lower_bound(mass, times, multipliers)
     if made is None:
         return Extremal(lower, math.inf, multipliers, coasting(nodal)), beyond
     return Extremal(lower, made.peak(), multipliers, made), beyond
+
+
+@dataclass(frozen=True)
+class Extremals:
+    """lower <= M* <= upper [scaled], (m,), upper infinite where not found; multipliers that prove it, (m, 2+q, d)."""
+
+    lower: Array
+    upper: Array
+    multipliers: Array
+
+    @property
+    def settled(self) -> Mask:
+        """Which need no more, (m,)."""
+        return np.isfinite(self.upper) & (self.lower >= (1 - SETTLED) * self.upper)
+
+
+def extremals(mass: PointMass, times: Array) -> Extremals:
+    """The least peaks of stacked maneuvers at given times, for those that are not difficult.
+
+    Args:
+        mass: the maneuvers in scaled units, without openings.
+        times: strictly increasing in (0, 1), shape (m, q).
+    """
+    m, q = times.shape
+    every = Nodal(mass, np.concatenate([np.zeros((m, 1)), times, np.ones((m, 1))], axis=1))
+    out = Extremals(np.zeros(m), np.full(m, np.inf), np.zeros((m, 2 + q, mass.v0.shape[-1])))
+    p, idle, left = every.least_energy(), np.zeros((m, q), dtype=bool), np.arange(m)
+    for _ in range(1 + q):
+        following = idle.copy()
+        for walls in np.unique(idle[left], axis=0):
+            k = left[np.all(idle[left] == walls, axis=1)]
+            nodal = every.part(k)
+            p[k] = newton(nodal, p[k], nodal.basis(walls, np.zeros(q + 2, dtype=bool)))
+            multipliers = nodal.multipliers(p[k])
+            upper, beyond = attained(nodal, p[k], walls)
+            lower = lower_bounds(nodal.mass, times[k], multipliers)
+            push = nodal.mass.windows.along(multipliers[:, 2:])
+            following[k] = nodal.mass.clear & np.where(walls, beyond >= 0, push < 0)
+            out.upper[k] = np.minimum(out.upper[k], upper)
+            better = lower > out.lower[k]
+            out.lower[k[better]], out.multipliers[k[better]] = lower[better], multipliers[better]
+        left = left[~out.settled[left] & np.any(following != idle, axis=1)[left]]
+        idle = following
+        if not len(left):
+            break
+    return out

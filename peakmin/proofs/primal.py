@@ -14,6 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..geometry.costate import CostateTrajectory
+from ..geometry.integrals import mean_direction
+from ..geometry.norm import norm
 from ..types import Array, Mask
 from .double_integrator import PointMass
 from .nodal import Nodal
@@ -173,3 +175,34 @@ def _join(parts: list[CostateTrajectory]) -> CostateTrajectory:
         first.start_position,
         first.start_velocity,
     )
+
+
+def attained(nodal: Nodal, p: Array, idle: Mask) -> tuple[Array, Array]:
+    """Peaks (m,) of Pontryagin's controls of the values P, (m, n, d), made exact, infinite where they miss even so; and
+    how far beyond its tip each wall is passed, (m, q), where it is idle, (q,).
+    """
+    mass, h = nodal.mass, nodal.h[..., None]
+    impulse, impulses = nodal.derivatives(p)
+    none = np.zeros(mass.tips.shape[:-1])
+    with np.errstate(all="ignore"):
+        peak = np.maximum(np.sum(p * nodal.forces(none), axis=(1, 2)), 0.0) / impulse
+        plain, weighted = mean_direction(p[:, :-1], p[:, 1:])
+        m = peak[:, None, None]
+
+        def states(e: Array) -> tuple[Array, Array]:
+            """Velocities and positions at the kinks under M p/|p| + e."""
+            gained = h * (m * plain + (e[:, :-1] + e[:, 1:]) / 2)
+            v = np.cumsum(np.concatenate([mass.v0[:, None], gained], axis=1), axis=1)
+            moved = h * v[:, :-1] + h * h * (m * (plain - weighted) + e[:, :-1] / 3 + e[:, 1:] / 6)
+            return v, np.cumsum(np.concatenate([np.zeros_like(moved[:, :1]), moved], axis=1), axis=1)
+
+        r = states(np.zeros_like(p))[1]
+        beyond = mass.windows.along(r[:, 1:-1] - mass.tips) * idle
+        e = np.linalg.solve(nodal.masses(), nodal.forces(np.maximum(beyond, 0.0)) - m * impulses)
+        v, r = states(e)
+        at = r[:, 1:-1] - mass.tips
+        short = r[:, -1:] - mass.pf[:, None], v[:, -1:] - mass.vf[:, None], at - mass.windows.nearest(at)
+        missed = np.concatenate(short, axis=1)
+        upper = peak + np.max(norm(e), axis=1)
+        lands = np.max(np.abs(missed), axis=(1, 2)) <= LANDED * (1 + peak)
+    return np.where(lands & np.isfinite(upper), upper, np.inf), beyond

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from ..errors import SpecError
 from ..plan.plan import Plan
 from ..programs.least_peak import LeastPeak
-from ..proofs.batch import extremals
 from ..proofs.double_integrator import PointMass
+from ..proofs.extremal import extremals
 from ..proofs.sensitivity import Sensitivities, sensitivities, without_idle
 from ..search.solve import solve
 from ..search.sweep import APART, in_order

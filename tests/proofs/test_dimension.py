@@ -7,12 +7,11 @@ import pytest
 
 from peakmin.geometry.integrals import all_derivatives, mean_direction, mean_norm
 from peakmin.geometry.window import Windows
-from peakmin.proofs.batch import extremals
 from peakmin.proofs.bounds import Leaf, box_bound, global_bound, lower_bound, lower_bounds
 from peakmin.proofs.branch_and_bound import least_over_times
 from peakmin.proofs.descent import descend, unhindered
 from peakmin.proofs.double_integrator import PointMass, costate_at_kinks, impulse
-from peakmin.proofs.extremal import ascend, extremal
+from peakmin.proofs.extremal import ascend, extremal, extremals
 from peakmin.proofs.nodal import Nodal
 from peakmin.proofs.saddle import saddle
 from peakmin.proofs.sensitivity import optimal
@@ -143,13 +142,19 @@ def test_nodal_form(pair):
     beyond = pair.rng.random(n - 2)
     pair.same(plane.forces(beyond), space.forces(beyond))
     pair.same(plane.multipliers(p), space.multipliers(there))
-    (size, gradient, hessian), (same, slope, curved) = plane.derivatives(p), space.derivatives(there)
+    (size, gradient), (same, slope) = plane.derivatives(p), space.derivatives(there)
     close(size, same)
-    pair.same(gradient.reshape(n, 2), slope.reshape(n, 3))
+    pair.same(gradient, slope)
+    *_, hessian = plane.kernel(plane.h[None], p.reshape(1, -1))
+    *_, curved = space.kernel(space.h[None], there.reshape(1, -1))
     turned = np.kron(np.eye(n), pair.turn)
-    np.testing.assert_allclose(turned @ curved @ turned.T, hessian, atol=1e-9 * np.max(np.abs(hessian)))
-    for silent in (np.zeros(n, dtype=bool), np.arange(n) == 1):
-        idle = pair.rng.random(n - 2) < 0.5
+    np.testing.assert_allclose(turned @ curved[0] @ turned.T, hessian[0], atol=1e-9 * np.max(np.abs(hessian)))
+    none = np.zeros(n, dtype=bool)
+    assert plane.basis(none[2:], none) is space.basis(none[2:], none) is None
+    for silent in (none, np.arange(n) == 1):
+        idle = np.arange(n - 2) == 0 if n > 2 else none[2:]
+        if not np.any(idle) and not np.any(silent):
+            continue
         basis, other = plane.basis(idle, silent), space.basis(idle, silent)
         assert other.shape == (3 * n, 3 * n - np.sum(idle) - 3 * np.sum(silent))
         # the plane's span is what the other has of it

@@ -5,10 +5,12 @@ import pytest
 
 import peakmin as pm
 from peakmin.geometry.integrals import all_derivatives, derivatives
-from peakmin.proofs.batch import extremals
+from peakmin.proofs import nodal as nodal_form
 from peakmin.proofs.bounds import lower_bound, lower_bounds
 from peakmin.proofs.double_integrator import PointMass
-from peakmin.proofs.extremal import extremal
+from peakmin.proofs.extremal import extremal, extremals
+from peakmin.proofs.newton import newton
+from peakmin.proofs.nodal import Nodal
 from tests.conftest import wall_maneuver
 from tests.random_maneuvers import maneuver
 
@@ -62,6 +64,60 @@ def test_bounds_of_stacked_maneuvers_are_those_of_each():
     alone = [lower_bound(*one) for one in zip(masses, times, multipliers, strict=True)]
     np.testing.assert_allclose(together, alone, rtol=1e-14)
     assert together[0] == 0
+
+
+def test_steps_together_and_alone():
+    """Each goes its own way: damped or not, over a part of the values or all, from anywhere, for a few steps or many."""
+    rng = np.random.default_rng(3)
+    masses = [PointMass.of(one) for one in map(maneuver, range(80)) if len(one.walls) == 2]
+    kinks = np.tile([0.0, 0.3, 0.6, 1.0], (len(masses), 1))
+    every = Nodal(PointMass.stacked(masses), kinks)
+    starts = every.least_energy() + rng.normal(size=(len(masses), 4, 2)) * 10.0 ** -rng.uniform(
+        0, 4, (len(masses), 1, 1)
+    )
+    starts[::7] *= -1  # no multiple of which is good
+    none = np.zeros(4, dtype=bool)
+    for idle, silent in ((none[:2], none), (np.array([True, False]), none), (none[:2], np.arange(4) == 3)):
+        for steps in (1, 3, 60):
+            together = newton(every, starts, every.basis(idle, silent), steps)
+            seen = 0
+            for mass, p, start in zip(masses, together, starts, strict=True):
+                own = Nodal(mass, kinks[0])
+                alone = newton(own, start, own.basis(idle, silent), steps)
+                if steps < 60:  # of many, where F has a kink, rounding errors decide the way
+                    np.testing.assert_allclose(p, alone, rtol=1e-6, atol=1e-6 * np.max(np.abs(alone)))
+                multipliers, best = own.multipliers(alone), extremal(mass, kinks[0, 1:-1])
+                assert np.all(np.abs(p[silent]) <= 1e-12 * np.max(np.abs(p)))
+                settled = not np.any(silent | np.any(idle)) and best.gap < 1e-9
+                if steps == 60 and settled and np.all(mass.windows.along(multipliers[2:])[mass.clear] > 0):
+                    for one in (p, alone):
+                        proved = lower_bound(mass, kinks[0, 1:-1], own.multipliers(one))
+                        assert proved == pytest.approx(best.upper, rel=1e-6)
+                    seen += 1
+            assert seen > 5 or steps < 60 or np.any(silent) or np.any(idle)
+
+
+def test_a_singular_step_is_damped_alone(monkeypatch):
+    """Of a stack whose first Hessian vanishes at first the others take the steps they would."""
+    masses = [PointMass.of(one) for one in map(maneuver, range(80)) if len(one.walls) == 2][:6]
+    every = Nodal(PointMass.stacked(masses), np.tile([0.0, 0.3, 0.6, 1.0], (6, 1)))
+    start = every.least_energy()
+    expected, calls = newton(every, start, None), []
+    kernel = nodal_form.derivatives_of_all
+
+    def spoiled(h, p):
+        impulse, gradient, hessian = kernel(h, p)
+        calls.append(len(p))
+        if len(calls) == 2:  # where the first step is taken from
+            gradient, hessian = gradient.copy(), hessian.copy()
+            gradient[0, 1:], hessian[0] = 0, 0
+        return impulse, gradient, hessian
+
+    monkeypatch.setattr(nodal_form, "derivatives_of_all", spoiled)
+    found = newton(every, start, None)
+    np.testing.assert_array_equal(found[1:], expected[1:])
+    proved = lower_bounds(every.mass, every.kinks[:, 1:-1], every.multipliers(found))
+    assert proved[0] > lower_bounds(every.mass, every.kinks[:, 1:-1], every.multipliers(start))[0]
 
 
 def test_pieces_together_and_alone():
