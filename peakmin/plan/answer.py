@@ -40,7 +40,7 @@ def plan_of(scene: Setting[Any, Any], settings: Settings, found: Found[Any]) -> 
     if found.motion is not None and found.kept is None:
         found = replace(found, kept=scene.kept(found.motion))
     assert found.proof is not None
-    bound = scene.bound(found.proof, found.crossing, found.times)
+    bound = scene.bound(found.proof, found.times)
     closed = math.isinf(bound) or scene.impossible() is not None
     kept = found.kept is not None and found.kept.passed
     status = status_of(kept and found.peak <= scene.task.limit, bound > scene.task.limit, found.proof.scope, closed)

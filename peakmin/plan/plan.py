@@ -211,14 +211,15 @@ class Plan:
     def stated_by(cls, document: PointDocument) -> Self:
         """The plan that a document states. Raises `ValueError` where it states none."""
         maneuver = document.spec.maneuver
-        scene, crossing = scene_of(maneuver), maneuver.past(document.walls)
-        q, d = len(document.walls), len(maneuver.start.position)
+        scene = scene_of(maneuver)
+        walls = document.walls if maneuver.blocks else maneuver.walls  # without blocks a file cannot choose them
+        q, d = len(walls), len(maneuver.start.position)
         return cls(
             maneuver,
             document.spec.settings,
             document.status,
             document.motion(maneuver),
-            crossing,
+            maneuver.past(walls),
             shaped(document.obstacle_times, q),
             unknown(document.clearance),
             unknown(document.peak),

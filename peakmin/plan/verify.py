@@ -62,7 +62,7 @@ def verify(text: str | bytes) -> Verification:
         found += moved(plan, motion) + _kept(plan, kept)
     elif data["peak"] is not None or plan.status == "solved":
         found.append("status: there is no motion, so no peak and no solution")
-    bound = scene.bound(plan.proof, plan.crossing, plan.obstacle_times)
+    bound = scene.bound(plan.proof, plan.obstacle_times)
     closed = math.isinf(bound) or scene.impossible() is not None
     found += bounded(plan, bound, closed)
     if isinstance(plan.proof, Proof) and plan.scope == "these" and any(x.low != x.high for x in plan.proof.leaves):

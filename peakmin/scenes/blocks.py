@@ -151,8 +151,8 @@ class BlockClasses:
         part: Way | None,
         above: Bounded[WayClass],
         path: Samples,
-        solve: Callable[[Marks], Bounded[WayClass]],
-    ) -> tuple[Marks, Bounded[WayClass]]:
+        solve: Callable[[Marks], Bounded[WayClass] | None],
+    ) -> tuple[Marks, Bounded[WayClass] | None]:
         """A part on the lines of the class it is of, and one where its path is outside of all that the part leaves."""
         assert part is not None
         there = self.outside(part, path.places)

@@ -55,9 +55,9 @@ class Setting(Protocol[Motion, Why]):
     def kept(self, motion: Motion) -> Kept:
         """What a motion keeps at every instant, proved between the nodes."""
 
-    def bound(self, proof: Why, crossing: Maneuver, times: Array) -> float:
-        """The lower bound [m/s^2] that a proof gives, evaluated anew, for a plan past the walls of a maneuver of the
-        centre of mass at times [s], (q,); infinite where there is no motion.
+    def bound(self, proof: Why, times: Array) -> float:
+        """The lower bound [m/s^2] that a proof gives, evaluated anew, at a plan's obstacle times [s], (q,); infinite where
+        there is no motion.
         """
 
     def impossible(self) -> Impossible | None:
@@ -114,13 +114,12 @@ class PointScene:
     def impossible(self) -> Impossible | None:
         return impossible(self.task)
 
-    def bound(self, proof: PointProof, crossing: Maneuver, times: Array) -> float:
+    def bound(self, proof: PointProof, times: Array) -> float:
         if self.classes is not None:
             assert not isinstance(proof, Proof)
             return proof.bound(self.classes)
         assert isinstance(proof, Proof)
-        mass = PointMass.of(crossing)
-        return proof.bound(mass, times / mass.time) * mass.unit
+        return proof.bound(self.mass, times / self.mass.time) * self.mass.unit
 
 
 @dataclass(frozen=True)
@@ -164,7 +163,7 @@ class ArmScene:
     def impossible(self) -> Impossible | None:
         return None
 
-    def bound(self, proof: ArmProof, crossing: Maneuver, times: Array) -> float:
+    def bound(self, proof: ArmProof, times: Array) -> float:
         return proof.bound(self.workspace, self.passages)
 
 

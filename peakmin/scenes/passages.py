@@ -239,8 +239,8 @@ class Passage:
         return line or deepest(self, here.one, path.places, path.room, until)
 
     def child(
-        self, part: Whole, above: Bounded[Order], path: Samples, solve: Callable[[Looks], Bounded[Order]]
-    ) -> tuple[Looks, Bounded[Order]]:
+        self, part: Whole, above: Bounded[Order], path: Samples, solve: Callable[[Looks], Bounded[Order] | None]
+    ) -> tuple[Looks, Bounded[Order] | None]:
         """With as few conditions, and ends of the last gap, as prove what more of them would."""
         place, line = part.place, part.order[part.place].line
         origin, along = self.points(line)
@@ -249,9 +249,12 @@ class Passage:
         below = float(along @ (path.places[first] - origin)) < (low + high) / 2
         looks = Looks((below, not below), self._dropped(above, place, line))
         child = solve(looks)
-        if child.own < above.own * (1 - 1e-9) and (fewer := self._dropped(above, place)) != looks.dropped:
+        weak = child is not None and child.own < above.own * (1 - 1e-9)
+        if weak and (fewer := self._dropped(above, place)) != looks.dropped:
             looks = replace(looks, dropped=fewer)
             child = solve(looks)
+        if child is None:
+            return looks, None
         now = place - sum(k < place for k in looks.dropped)
         at = child.motion.position(child.certificate.times[now] * self.asked.duration)
         room = 1e-9 * self.size

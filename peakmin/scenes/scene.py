@@ -125,13 +125,13 @@ class Scene(PathClasses[One, Part, Cut, Looks], Protocol[One, Part, Cut, Looks])
         """
 
     def child(
-        self, part: Part, above: Bounded[One], path: Samples, solve: Callable[[Looks], Bounded[One]]
-    ) -> tuple[Looks, Bounded[One]]:
+        self, part: Part, above: Bounded[One], path: Samples, solve: Callable[[Looks], Bounded[One] | None]
+    ) -> tuple[Looks, Bounded[One] | None]:
         """A part with as few walls as prove what more of them would, and how much is looked at so.
 
         Args:
             above: the class that the part is of;  path: of its optimum.
-            solve: bounds the part with so much looked at.
+            solve: bounds the part with so much looked at; None where nothing crosses the walls, and there is no path.
         """
 
     def boxes(self, walls: int, more: bool) -> int:

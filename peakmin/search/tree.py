@@ -262,34 +262,34 @@ class Tree(Generic[One, Part, Cut, Looks]):
             if scene.empty(part):
                 trunks.append(None)
                 continue
-            child, looks, new = self._child(here, part, path, same)
-            trunks.append((None if new else looks, child.trunk))
-            if new:
+            trunk, looks, child = self._child(here, part, path, same)
+            trunks.append((looks if child is None else None, trunk))
+            if child is not None:
                 yield child
         node.trunk.cut, node.trunk.children = cut, trunks
 
     def _child(
         self, above: Bounded[One], part: Part, path: Samples, same: dict[One, Node[One, Part, Cut, Looks]]
-    ) -> tuple[Node[One, Part, Cut, Looks], Looks, bool]:
-        """The node of a part, with how much is looked at, and whether it is a new one."""
-        tried: dict[One, Bounded[One]] = {}
+    ) -> tuple[Trunk[Cut, Looks], Looks, Node[One, Part, Cut, Looks] | None]:
+        """The proof of a part, with how much is looked at, and its node where it is a new one."""
+        tried: dict[One, Bounded[One] | None] = {}
 
-        def solve(looks: Looks) -> Bounded[One]:
+        def solve(looks: Looks) -> Bounded[One] | None:
             one = self.scene.seen(part, looks)
             assert one is not None
             if one not in tried:
-                found = same[one].here if one in same else self._bounded(one, above, path)
-                assert found is not None
-                tried[one] = found
+                tried[one] = same[one].here if one in same else self._bounded(one, above, path)
             return tried[one]
 
         looks, here = self.scene.child(part, above, path, solve)
+        if here is None:  # nothing crosses the walls: that is the proof
+            return Trunk((), looks, math.inf), looks, None
         if here.one in same:
-            return same[here.one], looks, False
+            return same[here.one].trunk, looks, None
         trunk: Trunk[Cut, Looks] = Trunk(tuple(here.certificate.leaves), looks, here.own)
         node: Node[One, Part, Cut, Looks] = Node(here, part, looks, trunk)
         same[here.one] = node
-        return node, looks, True
+        return trunk, looks, node
 
     def _raise(self, here: Bounded[One], known: float) -> None:
         """A free path near the class's, its walls raised as little as it takes; kept where it is the best."""

@@ -313,3 +313,39 @@ def test_multipliers_of_times_that_coincide_are_not_looked_at():
     for times, problems in (([0.5, 0.5 + 1e-10], 0), ([0.5, 0.6], 1)):
         there = dataclasses.replace(plan, obstacle_times=np.array(times), multipliers=np.zeros((4, 2)))
         assert len(there.misstated()) == problems
+
+
+def _no_wall(spec):
+    spec["obstacles"] = []
+
+
+def _turned(spec):
+    spec["obstacles"][0]["direction"] = [0, 1]
+
+
+def _lower(spec):
+    spec["obstacles"][0]["tip"] = [0.5, 0.1]
+
+
+@pytest.mark.parametrize("other", [_no_wall, _turned, _lower])
+@pytest.mark.parametrize("limit", [None, 6.0])
+def test_walls_that_a_file_lists_are_those_of_its_question(written, other, limit):
+    """Past other walls than the question's a bound is true of another question: 8.5 m/s^2 where 4 are enough."""
+    document = json.loads(written)
+    other(document["spec"]["maneuver"])
+    document["clearance"] = None
+    if limit is not None:
+        document["spec"]["maneuver"]["max_peak"], document["status"] = limit, "infeasible"
+    document["digest"] = digest(document)
+    try:
+        passed = pm.verify(json.dumps(document)).passed
+    except pm.SpecError:  # it lists times of walls that are not there
+        passed = False
+    assert not passed
+
+
+def test_a_file_cannot_list_other_walls(written):
+    document = json.loads(written)
+    document["walls"][0]["tip"] = [0.5, 0.4]
+    document["digest"] = digest(document)
+    assert any(line.startswith("walls: ") for line in pm.verify(json.dumps(document)).problems)

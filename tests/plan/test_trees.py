@@ -42,7 +42,7 @@ def bound(data):
         plan = kind.from_json(json.dumps(data))
     except pm.SpecError:
         return None
-    return plan.scene.bound(plan.proof, plan.crossing, plan.obstacle_times)
+    return plan.scene.bound(plan.proof, plan.obstacle_times)
 
 
 def restated(data, lower):

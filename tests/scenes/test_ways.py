@@ -681,3 +681,15 @@ def test_margins_of_dented_blocks_are_never_too_large(first, turned):
         seen = shapely.Polygon(block.grown(margin, (3.0, -7.0))[0] + np.array([3.0, -7.0]))
         assert seen.symmetric_difference(shapely.Polygon(ring)).area < 1e-9
     assert shapely.Polygon(block.grown(0.0)[0]).equals(polygon)
+
+
+@pytest.mark.parametrize("tip", [-0.2, 0.1, 0.3, 0.5])
+@pytest.mark.parametrize("left", [0.4, 0.5])
+def test_a_wall_on_the_line_of_a_block(tip, left):
+    """A gap that the wall closes on the very line where they meet has no path: that is its proof, and no fault."""
+    block = pm.Block(vertices=[(left, 0.2), (0.7, 0.2), (0.7, 0.4), (left, 0.4)])
+    start, goal = pm.State(position=(0, 0)), pm.State(position=(1, 0))
+    plan = pm.solve(pm.Maneuver(start=start, goal=goal, duration=1.0, obstacles=[pm.Wall(tip=(0.5, tip)), block]))
+    assert plan.status == "solved"
+    assert plan.lower_bound >= 0.99 * plan.peak
+    assert pm.verify(plan.to_json()).passed
