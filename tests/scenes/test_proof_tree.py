@@ -71,6 +71,7 @@ CLASSES = Toy({"two": [3.0, 4.0], "one gone": [None, 5.0], "none": [], "gone": [
         (2.0, tree(1.0, "two", tree(), tree(0.1)), 2),
         # what is left out counts as zero, unless it is empty
         (2.0, tree(1.0, "two", None, tree()), 2),
+        (0.5, tree(1.0, "two", None, tree()), 0.5),
         (2.0, tree(1.0, "two", tree(), None), 2),
         (2.0, tree(1.0, "one gone", None, tree()), 5),
         (2.0, tree(1.0, "one gone", tree(), tree()), 5),
