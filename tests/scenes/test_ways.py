@@ -13,9 +13,10 @@ from peakmin.geometry.trapezoids import Gap, edges_of, lines_through, snapped, t
 from peakmin.proofs.bounds import Leaf
 from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
-from peakmin.scenes.blocks import ListedBranch, ListedProof, covered
+from peakmin.scenes.blocks import BlockProof, ListedBranch, ListedProof, WayClass, covered
 from peakmin.scenes.cells import Cells
 from peakmin.scenes.kinds import scene_of
+from peakmin.scenes.proof_tree import Branch
 from peakmin.spec.obstacles import convex, covers
 from tests.conftest import wall_maneuver
 from tests.random_scenes import scene
@@ -535,6 +536,38 @@ def test_a_branch_bounds_its_way_in_its_units():
     empty = ListedBranch(((0,), (), (0,)), (), ())
     assert ListedProof((empty, under, over)).bound(classes) == under.bound(cells)
     assert ListedProof((empty,)).bound(closed) == 0
+
+
+def test_classes_fall_into_one_for_each_gap_of_a_strip():
+    classes = scene_of(TWO).classes
+    way, lines = classes.cells.ways, ((0.3, 1),)
+    one = WayClass(way, lines)
+    assert classes.first == (way, ())
+    assert classes.seen(way, lines) == one
+    assert classes.seen(None, lines) is None
+    assert [classes.splits(one, cut) for cut in (-1, 0, 4, 5, 6)] == [False, True, True, False, False]
+    assert classes.parts(one, 1) == [((0,), (gap,), (0,), (0, 1), (0,)) for gap in (0, 1)]
+    assert classes.parts(one, 3) == [((0,), (0, 1), (0,), (gap,), (0,)) for gap in (0, 1)]
+    assert classes.parts(one, 0) == [way]
+    (wall,) = classes.past(WayClass(classes.parts(one, 1)[1], lines), lift=0.01).walls
+    assert wall.tip == pytest.approx((0.3, 0.21))
+    assert classes.past(one).walls == ()
+
+
+def test_parts_that_no_path_falls_into_are_empty():
+    classes = scene_of(past(box(0.2, 0.4, -0.5, 0.2), pm.Wall(tip=(0.3, 0.3)))).classes
+    assert classes.empty(None)
+    below, above = ((0,), (0,), (0,), (0,)), ((0,), (1,), (1,), (0,))
+    assert classes.empty(below)  # the wall stands on the gap
+    assert not classes.empty(above)
+    assert classes.parts(WayClass(((0,), (0, 1), (0, 1), (0,)), ()), 1) == [None, ((0,), (1,), (0, 1), (0,))]
+
+
+def test_a_tree_of_no_way_at_all_proves_nothing():
+    closed = scene_of(past(box(0.4, 0.6, 0.1, 0.3, side="left"), box(0.4, 0.6, -0.3, -0.1, side="right"))).classes
+    assert closed.cells.ways is None
+    assert BlockProof(Branch((), ())).bound(closed) == 0
+    assert BlockProof(Branch((), ())).bound(scene_of(TWO).classes) == 0
 
 
 @pytest.mark.parametrize("seed", range(20))
