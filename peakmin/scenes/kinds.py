@@ -56,8 +56,9 @@ class Setting(Protocol[Motion, Why]):
         """What a motion keeps at every instant, proved between the nodes."""
 
     def bound(self, proof: Why, times: Array) -> float:
-        """The lower bound [m/s^2] that a proof gives, evaluated anew, at a plan's obstacle times [s], (q,); infinite where
-        there is no motion.
+        """The lower bound [m/s^2] that a proof gives, evaluated anew, at a plan's obstacle times [s], (q,).
+
+        Infinite where there is no motion.
         """
 
     def impossible(self) -> Impossible | None:
