@@ -29,7 +29,7 @@ class Gap:
     low: Interval
     high: Interval
 
-    def at(self, x: Any) -> Any:
+    def at(self, x: Any) -> Any:  # Any: numbers of a number; of an array arrays, but for infinite ends
         """Its section at x, or the two ends of those at all x of an array."""
         share = (x - self.across[0]) / ((self.across[1] - self.across[0]) or 1.0)
         return tuple(a if math.isinf(a) else a * (1 - share) + b * share for a, b in (self.low, self.high))

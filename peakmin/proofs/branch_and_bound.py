@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -71,59 +72,132 @@ def least_over_times(
         start: times near the best ones, shape (q,); default evenly spread.
         enough: a bound [scaled] at which to stop too, whatever the gap.
     """
-    q = mass.walls
-    at = inside(np.zeros(q), np.ones(q)) if start is None else apart(start)
-    if start is None and q and (crossed := unhindered(mass)) is not None:
-        free, at_free = crossed
-        leaf = _past_idle(Leaf((), (), free.multipliers[:2], ()), np.zeros(q, dtype=bool), at_free)
-        if (bound := leaf.bound(mass)) >= (1 - gap) * free.upper:
-            return Certificate([leaf], min(bound, free.upper), free, at_free, 1, True)
+    fresh = start is None
+    if fresh and (found := _unhindered(mass, gap)) is not None:
+        return found
+    at = inside(np.zeros(mass.walls), np.ones(mass.walls)) if start is None else apart(start)
     first = extremal(mass, at)
-    root = Leaf((0.0,) * q, (1.0,) * q, first.multipliers, tuple(at.tolist()))
+    root = _everywhere(first, at)
     if math.isfinite(enough) and (bound := root.bound(mass)) >= enough:
         return Certificate([root], min(bound, first.upper), first, at, 1, first.upper * (1 - gap) <= bound)
-    best, at = descend(mass, first, at, until)
-    root = Leaf((0.0,) * q, (1.0,) * q, best.multipliers, tuple(at.tolist()))
-    bound = root.bound(mass)
-    size, nodes, begun = norm(best.multipliers), 1, [root]
-    push = size[2:] > IDLE * np.max(size, initial=0.0)
-    if 0 < best.upper < math.inf and not np.all(push) and bound < (1 - gap) * best.upper:
-        few = least_over_times(mass.only(push), gap / 2, node_limit, until, progress, at[push], enough)
-        nodes, leaves = few.nodes, [_past_idle(leaf, push, at) for leaf in few.leaves]
-        if few.lower >= (1 - gap) * best.upper:
-            return Certificate(leaves, min(few.lower, best.upper), best, at, nodes, True)
-        if few.lower > bound:
-            begun = leaves
-    own = [leaf.bound(mass) for leaf in begun]
-    if start is None and 0 < q < len(FEW) and min(own) < WEAK * best.upper < math.inf:
-        for other in _without(mass, gap, at, until):
-            proved = [leaf.bound(mass) for leaf in other]
-            if min(proved) > min(own):
-                begun, own = other, proved
-    if start is None and min(own) < (1 - gap) * best.upper:
-        best, at = elsewhere(mass, best, at, until)
-    waiting = Frontier((x, (leaf, leaf.multipliers, x)) for x, leaf in zip(own, begun, strict=True))
-    while q and waiting.lowest < min((1 - gap) * best.upper, enough) and best.upper > 0:
-        if nodes >= node_limit or over(until) or max(np.subtract(waiting.first[0].high, waiting.first[0].low)) < APART:
-            break
-        bound, (leaf, optimal, _) = waiting.pop()
-        for low, high in halves(leaf.low, leaf.high, optimal):
-            if out_of_order(low, high):
-                continue
-            nodes += 1
-            search = _Box(mass, Leaf(low, high, leaf.multipliers, leaf.at))
-            for found, there in search.improve(min((1 - gap) * best.upper, enough), until):
-                if found.upper < best.upper * (1 - WORTH_A_DESCENT):
-                    best, at = descend(mass, found, there, until)
-            # what holds for the parent's box holds for its half
-            likely = max(search.bound, bound)
-            waiting.push(likely, (search.leaf, search.optimal, search.bound))
-        if progress:
-            progress(nodes, nodes + len(waiting))
-    leaves = [leaf for leaf, *_ in waiting.items]
-    lower = min(proved for *_, proved in waiting.items)  # what each proves by itself
-    complete = best.upper == 0 or lower >= (1 - gap) * best.upper
-    return Certificate(leaves, min(lower, best.upper), best, at, nodes, complete)
+    search = _Search(mass, gap, node_limit, until, progress, enough, *descend(mass, first, at, until))
+    root = _everywhere(search.best, search.at)
+    begun, bound = [root], root.bound(mass)
+    few = search.past_those_that_push(bound)
+    if few is not None:
+        search.nodes = few.nodes
+        if few.lower >= search.wanted:
+            return search.certificate(few.leaves, few.lower)
+        begun = few.leaves if few.lower > bound else begun
+    return search.run(search.better_begun(begun) if fresh else search.bounded(begun))
+
+
+def _unhindered(mass: PointMass, gap: float) -> Certificate | None:
+    """The optimum without any wall, where it crosses all their lines and meets none; None elsewhere."""
+    crossed = unhindered(mass) if mass.walls else None
+    if crossed is None:
+        return None
+    free, at = crossed
+    leaf = _past_idle(Leaf((), (), free.multipliers[:2], ()), np.zeros(mass.walls, dtype=bool), at)
+    bound = leaf.bound(mass)
+    return Certificate([leaf], min(bound, free.upper), free, at, 1, True) if bound >= (1 - gap) * free.upper else None
+
+
+def _everywhere(found: Extremal, at: Array) -> Leaf:
+    """All times as one box, with the multipliers of an optimum at some of them."""
+    q = len(at)
+    return Leaf((0.0,) * q, (1.0,) * q, found.multipliers, tuple(at.tolist()))
+
+
+class _Open(NamedTuple):
+    """A box that waits: its leaf, the multipliers it is cut by, and what it proves by itself."""
+
+    leaf: Leaf
+    optimal: Array
+    bound: float
+
+
+@dataclass
+class _Search:
+    """Boxes of obstacle times, the one with the least bound looked at first; the arguments of `least_over_times`, the
+    best that was met, at which times, and how many boxes were looked at.
+    """
+
+    mass: PointMass
+    gap: float
+    node_limit: int
+    until: float
+    progress: Progress | None
+    enough: float
+    best: Extremal
+    at: Array
+    nodes: int = 1
+
+    @property
+    def wanted(self) -> float:
+        """The bound with which the gap is reached."""
+        return (1 - self.gap) * self.best.upper
+
+    def certificate(self, leaves: list[Leaf], lower: float) -> Certificate:
+        """What is known, with the leaves that prove `lower`."""
+        complete = self.best.upper == 0 or lower >= self.wanted
+        return Certificate(leaves, min(lower, self.best.upper), self.best, self.at, self.nodes, complete)
+
+    def past_those_that_push(self, bound: float) -> Certificate | None:
+        """The search past the walls that push at the best times; None where all do, or the bound [scaled] will do."""
+        size = norm(self.best.multipliers)
+        push = size[2:] > IDLE * np.max(size, initial=0.0)
+        if not 0 < self.best.upper < math.inf or np.all(push) or bound >= self.wanted:
+            return None
+        own = self.mass.only(push), self.gap / 2, self.node_limit, self.until, self.progress, self.at[push], self.enough
+        few = least_over_times(*own)
+        return replace(few, leaves=[_past_idle(leaf, push, self.at) for leaf in few.leaves])
+
+    def bounded(self, leaves: list[Leaf]) -> list[tuple[Leaf, float]]:
+        """Leaves with what each proves."""
+        return [(leaf, leaf.bound(self.mass)) for leaf in leaves]
+
+    def better_begun(self, leaves: list[Leaf]) -> list[tuple[Leaf, float]]:
+        """The cover of all times that proves the most; better times, where it does not prove these to be the best."""
+        mass, begun = self.mass, self.bounded(leaves)
+        if 0 < mass.walls < len(FEW) and _least(begun) < WEAK * self.best.upper < math.inf:
+            others = (self.bounded(other) for other in _without(mass, self.gap, self.at, self.until))
+            begun = max([begun, *others], key=_least)
+        if _least(begun) < self.wanted:
+            self.best, self.at = elsewhere(mass, self.best, self.at, self.until)
+        return begun
+
+    def run(self, begun: list[tuple[Leaf, float]]) -> Certificate:
+        """Until the gap is reached, or the bound is enough, or boxes or time are used up."""
+        waiting = Frontier((bound, _Open(leaf, leaf.multipliers, bound)) for leaf, bound in begun)
+        while self.mass.walls and waiting.lowest < min(self.wanted, self.enough) and self.best.upper > 0:
+            if self._spent(waiting.first.leaf):
+                break
+            bound, opened = waiting.pop()
+            for low, high in halves(opened.leaf.low, opened.leaf.high, opened.optimal):
+                if not out_of_order(low, high):
+                    half = self._looked_at(Leaf(low, high, opened.leaf.multipliers, opened.leaf.at))
+                    waiting.push(max(half.bound, bound), half)  # what holds for the parent's box holds for its half
+            if self.progress:
+                self.progress(self.nodes, self.nodes + len(waiting))
+        return self.certificate([one.leaf for one in waiting.items], min(one.bound for one in waiting.items))
+
+    def _spent(self, leaf: Leaf) -> bool:
+        """Whether no more boxes may be looked at, or this one is too small to be cut."""
+        return self.nodes >= self.node_limit or over(self.until) or max(np.subtract(leaf.high, leaf.low)) < APART
+
+    def _looked_at(self, leaf: Leaf) -> _Open:
+        """A box with the best multipliers found for it; where optima met on the way promise it, times are descended."""
+        self.nodes += 1
+        box = _Box(self.mass, leaf)
+        for found, there in box.improve(min(self.wanted, self.enough), self.until):
+            if found.upper < self.best.upper * (1 - WORTH_A_DESCENT):
+                self.best, self.at = descend(self.mass, found, there, self.until)
+        return _Open(box.leaf, box.optimal, box.bound)
+
+
+def _least(bounded: list[tuple[Leaf, float]]) -> float:
+    return min(bound for _, bound in bounded)
 
 
 def _without(mass: PointMass, gap: float, at: Array, until: float) -> Iterator[list[Leaf]]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,16 +46,16 @@ def motion(
         peak: M [scaled];  impulses: dI/dP there, shape (n, d).
         idle: clear walls that do not push, (q,).
         fill: gives the motion of least peak for a stretch by itself.
+
+    Raises:
+        LinAlgError: where nothing fixes the velocity of a stretch.
     """
     n, mass = len(nodal.kinks), nodal.mass
     quiet = silent[:-1] & silent[1:]
-    beyond = np.zeros(mass.walls)
     points = np.vstack([np.zeros_like(mass.pf), mass.tips, mass.pf])
-    parts: dict[int, CostateTrajectory] = {}
+    speaking = _Speaking(nodal, p, silent, peak, impulses, idle, points, np.zeros(mass.walls))
     runs = _runs(quiet)
-    for a, b, is_quiet in runs:
-        if not is_quiet:
-            parts[a] = _speak(nodal, p, peak, impulses, idle, a, b, silent, points, beyond)
+    parts = {a: speaking.part(a, b) for a, b, is_quiet in runs if not is_quiet}
     for a, b, is_quiet in runs:
         if is_quiet:
             left = next((m for i, m in parts.items() if i < a and m.nodes[-1] == nodal.kinks[a]), None)
@@ -68,7 +68,8 @@ def motion(
     kinks = nodal.kinks[1:-1]
     at = (joined.position(kinks) if np.any(quiet) else r[1:-1]) - mass.tips
     miss = max(miss, float(np.max(np.abs(at - mass.windows.nearest(at)), initial=0.0)))
-    return (joined if miss <= LANDED * (1 + peak) and math.isfinite(joined.peak()) else None), beyond
+    lands = miss <= LANDED * (1 + peak) and math.isfinite(joined.peak())
+    return (joined if lands else None), speaking.beyond
 
 
 def _runs(quiet: Mask) -> list[tuple[int, int, bool]]:
@@ -77,60 +78,77 @@ def _runs(quiet: Mask) -> list[tuple[int, int, bool]]:
     return [(a, b, bool(quiet[a])) for a, b in zip(cuts, cuts[1:], strict=False)]
 
 
-def _speak(
-    nodal: Nodal,
-    p: Array,
-    peak: float,
-    impulses: Array,
-    idle: Mask,
-    a: int,
-    b: int,
-    silent: Mask,
-    points: Array,
-    beyond: Array,
-) -> CostateTrajectory:
-    """M p/|p| + e from kink a to kink b; sets `points` and `beyond` of the idle walls in between."""
-    mass, kinks, last = nodal.mass, nodal.kinks, len(nodal.kinks) - 1
-    k = b - a
-    none = np.zeros((k, p.shape[-1]))
+@dataclass(frozen=True)
+class _Speaking:
+    """The stretches where p is not silent, with the arguments of `motion`.
 
-    def run(velocity: Array, first: Array = none, end: Array = none) -> CostateTrajectory:
-        return CostateTrajectory(
-            kinks[a : b + 1], p[a:b], p[a + 1 : b + 1], np.full(k, peak), first, end, points[a], velocity
-        )
+    points, (n, d): the positions at the kinks;  beyond, (q,): how far beyond the tips. Of idle walls both are set when
+    the stretch that passes them is made.
+    """
 
-    def velocity(trial: CostateTrajectory) -> Array:
-        """The start velocity with which the next fixed point is met."""
-        if a == 0:
-            return mass.v0
-        j = next((j for j in range(a + 1, b + 1) if j == last or not idle[j - 1]), None)
-        if j is None:
-            raise np.linalg.LinAlgError("nothing fixes the velocity of this stretch")
-        miss = points[j] - trial.position(kinks[j])
-        return np.asarray(trial.start_velocity + miss / (kinks[j] - kinks[a]))
+    nodal: Nodal
+    p: Array
+    silent: Mask
+    peak: float
+    impulses: Array
+    idle: Mask
+    points: Array
+    beyond: Array
 
-    plain = run(np.zeros_like(mass.v0) if a else mass.v0)
-    if a and b == last:  # backwards from the goal, which also says where an idle wall at kink a is passed
+    def part(self, a: int, b: int) -> CostateTrajectory:
+        """M p/|p| + e from kink a to kink b."""
+        plain = self._plain(a, b)
+        self._pass_idle_walls(plain, a, b)
+        exact = self._run(a, b, plain.start_velocity, self._corrections(a, b))
+        return replace(exact, start_velocity=self._velocity(exact, a, b))
+
+    def _run(self, a: int, b: int, velocity: Array, e: Array) -> CostateTrajectory:
+        """M p/|p| + e with a start velocity, e given at all kinks, (n, d)."""
+        nodes, size = self.nodal.kinks[a : b + 1], np.full(b - a, self.peak)
+        p, start = self.p, self.points[a]
+        return CostateTrajectory(nodes, p[a:b], p[a + 1 : b + 1], size, e[a:b], e[a + 1 : b + 1], start, velocity)
+
+    def _plain(self, a: int, b: int) -> CostateTrajectory:
+        """M p/|p| from where this stretch is fixed: forwards from the start, else to the next fixed point, or backwards
+        from the goal, which also says where an idle wall at kink a is passed.
+        """
+        mass, kinks, last = self.nodal.mass, self.nodal.kinks, len(self.p) - 1
+        plain = self._run(a, b, np.zeros_like(mass.v0) if a else mass.v0, np.zeros_like(self.p))
+        if not (a and b == last):
+            return replace(plain, start_velocity=self._velocity(plain, a, b))
         v, r = plain.node_states
         v_a = mass.vf - v[-1]
-        plain = replace(
-            plain, start_velocity=v_a, start_position=mass.pf - (r[-1] - r[0]) - v_a * (kinks[b] - kinks[a])
-        )
-    else:
-        plain = replace(plain, start_velocity=velocity(plain))
-    for j in range(max(a, 1), min(b, last - 1) + 1):
-        if idle[j - 1] and (j > a or b == last):
-            at = plain.position(kinks[j])
-            beyond[j - 1] = float(mass.free[j - 1] @ (at - mass.tips[j - 1]))
-            points[j] = mass.tips[j - 1] + max(beyond[j - 1], 0.0) * mass.free[j - 1]
-    # what the hat functions of the kinks that p is not silent at still miss
-    used = np.array([j for j in range(a, b + 1) if not (silent[j] and (j in (a, b)) and 0 < j < last)], dtype=int)
-    speeds = np.vstack([mass.v0, np.diff(points, axis=0) / nodal.h[:, None], mass.vf])
-    missed = np.diff(speeds, axis=0)[used] - peak * impulses[used]
-    e = np.zeros_like(p)
-    e[used] = np.linalg.solve(nodal.masses()[np.ix_(used, used)], missed)
-    exact = run(plain.start_velocity, e[a:b], e[a + 1 : b + 1])
-    return replace(exact, start_velocity=velocity(exact))
+        return replace(plain, start_velocity=v_a, start_position=mass.pf - (r[-1] - r[0]) - v_a * (kinks[b] - kinks[a]))
+
+    def _velocity(self, trial: CostateTrajectory, a: int, b: int) -> Array:
+        """The start velocity with which the next fixed point is met."""
+        mass, kinks, last = self.nodal.mass, self.nodal.kinks, len(self.p) - 1
+        if a == 0:
+            return mass.v0
+        j = next((j for j in range(a + 1, b + 1) if j == last or not self.idle[j - 1]), None)
+        if j is None:
+            raise np.linalg.LinAlgError("nothing fixes the velocity of this stretch")
+        miss = self.points[j] - trial.position(kinks[j])
+        return np.asarray(trial.start_velocity + miss / (kinks[j] - kinks[a]))
+
+    def _pass_idle_walls(self, plain: CostateTrajectory, a: int, b: int) -> None:
+        """Set where the idle walls of this stretch are passed."""
+        mass, last = self.nodal.mass, len(self.p) - 1
+        for j in range(max(a, 1), min(b, last - 1) + 1):
+            if self.idle[j - 1] and (j > a or b == last):
+                at = plain.position(self.nodal.kinks[j])
+                self.beyond[j - 1] = float(mass.free[j - 1] @ (at - mass.tips[j - 1]))
+                self.points[j] = mass.tips[j - 1] + max(self.beyond[j - 1], 0.0) * mass.free[j - 1]
+
+    def _corrections(self, a: int, b: int) -> Array:
+        """e at all kinks, (n, d): of those that p is not silent at, for what M p/|p| still misses."""
+        mass, silent, last = self.nodal.mass, self.silent, len(self.p) - 1
+        used = np.array([j for j in range(a, b + 1) if not (silent[j] and (j in (a, b)) and 0 < j < last)], dtype=int)
+        speeds = np.vstack([mass.v0, np.diff(self.points, axis=0) / self.nodal.h[:, None], mass.vf])
+        missed = np.diff(speeds, axis=0)[used] - self.peak * self.impulses[used]
+        e = np.zeros_like(self.p)
+        e[used] = np.linalg.solve(self.nodal.masses()[np.ix_(used, used)], missed)
+        return e
 
 
 def _stretch(

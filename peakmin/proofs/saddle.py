@@ -62,13 +62,7 @@ def saddle(mass: PointMass, low: Array, high: Array, at: Array, multipliers: Arr
     p, flat = pushing(mass, values / np.max(np.abs(values)), h)
     if not pushes(mass, p, flat, h):
         return 0.0, place
-    r = np.vstack([np.zeros_like(mass.pf), mass.tips, mass.pf])
-    dp, dr = np.diff(p, axis=0), np.diff(r, axis=0)
-    # p may be another by a rounding error of its own size, see pushes
-    grain = ROUNDING * np.sum((np.abs(p[1:]) + np.abs(p[:-1])) * (np.abs(r[1:]) + np.abs(r[:-1])), axis=1)
-    a = -np.sum(dp * dr, axis=1) - grain
-    c = p[-1] @ mass.vf - p[0] @ mass.v0 - ROUNDING * (np.abs(p[-1]) @ np.abs(mass.vf) + np.abs(p[0]) @ np.abs(mass.v0))
-    m = mean_norm(p[:-1], p[1:])
+    (a, c), m = _work(mass, p), mean_norm(p[:-1], p[1:])
     least, most = np.min(h, axis=0), np.max(h, axis=0)
     concave = a < 0
     if np.any(concave & (least <= 0)):
@@ -90,6 +84,18 @@ def saddle(mass: PointMass, low: Array, high: Array, at: Array, multipliers: Arr
         if np.all(work > 0):
             best = max(best, float(np.min(work / area)) * (1 - ROUNDING))
     return best if np.isfinite(best) else 0.0, place
+
+
+def _work(mass: PointMass, p: Array) -> tuple[Array, float]:
+    """a_j, shape (q+1,), and P_{q+1} . v_f - P_0 . v_0, less what rounding may have done: p may be another by a
+    rounding error of its own size, see `pushes`.
+    """
+    r = np.vstack([np.zeros_like(mass.pf), mass.tips, mass.pf])
+    dp, dr = np.diff(p, axis=0), np.diff(r, axis=0)
+    grain = ROUNDING * np.sum((np.abs(p[1:]) + np.abs(p[:-1])) * (np.abs(r[1:]) + np.abs(r[:-1])), axis=1)
+    a = -np.sum(dp * dr, axis=1) - grain
+    c = p[-1] @ mass.vf - p[0] @ mass.v0 - ROUNDING * (np.abs(p[-1]) @ np.abs(mass.vf) + np.abs(p[0]) @ np.abs(mass.v0))
+    return a, float(c)
 
 
 def segments(times: Array) -> Array:
