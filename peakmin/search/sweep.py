@@ -128,7 +128,7 @@ def swept(scene: PointScene, job: Job, times: ArrayLike | None = None) -> Sweep:
     return Sweep(
         scene.task,
         job.settings,
-        points[:, 0] if points.shape[1] == 1 else points,
+        np.squeeze(points, axis=1) if points.shape[1] == 1 else points,
         peaks,
         np.array([least(point).lower for point in points]) * least.mass.unit,
         plan_of(scene, job.settings, job.at(least, points[int(np.argmin(peaks))])),
