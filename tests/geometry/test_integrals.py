@@ -88,3 +88,4 @@ def test_products_lengths_and_what_lies_across(d):
         assert np.all(e >= 0)
         np.testing.assert_allclose(size[2:], 1, rtol=1e-14)
         np.testing.assert_array_equal(size[:2], 0)
+        np.testing.assert_array_equal(e[:2], 0)
