@@ -237,14 +237,14 @@ def by_hand(name):
 @pytest.mark.parametrize(
     ("name", "changes", "units"),
     [
-        ("no walls", {"obstacles": (pm.Wall(tip=(0.5, 0.2)),)}, {"obstacles[0]": "m"}),
+        ("walls", {"obstacles": (pm.Wall(tip=(0.5, 0.6)),)}, {"obstacles[0]": "m"}),
         ("no walls", {"obstacles": (box(0.4, 0.6, -0.1, 0.1),)}, {"blocks": "m"}),
         ("no walls", {"max_speed": 1.9}, {"max_speed": "m/s"}),
         ("walls", {"region": ROOF}, {"region": "m"}),
         (
             "walls",
-            {"obstacles": (pm.Wall(tip=(0.3, -0.1)), pm.Wall(tip=(0.5, 0.51))), "max_speed": 1.9, "region": ROOF},
-            {"obstacles[1]": "m", "max_speed": "m/s", "region": "m"},
+            {"obstacles": (pm.Wall(tip=(0.5, 0.51)),), "max_speed": 1.9, "region": ROOF},
+            {"obstacles[0]": "m", "max_speed": "m/s", "region": "m"},
         ),
         ("two_link", {"obstacles": 0.01}, {"obstacles": "m"}),
         ("two_link", {"max_speed": 0.1}, {"arm.links[1].max_speed": "rad/s"}),
