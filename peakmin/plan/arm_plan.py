@@ -14,6 +14,8 @@ from ..byname import found
 from ..files import csv_text
 from ..geometry.trajectory import Trajectory
 from ..proofs.sensitivity import Sensitivities
+from ..robots.extremes import Extremes, extremes
+from ..robots.joint_motion import JointMotion
 from ..robots.joints import JointPath, base_moment, torques
 from ..robots.link_clearance import LinkClearance, link_clearance
 from ..robots.workspace import Contact
@@ -27,10 +29,14 @@ from ..spec.spec import ArmSpec
 from ..types import Array, Axes, Json
 from .document import (
     ArmDocument,
+    ExtremesDocument,
+    HeldDocument,
     PathDocument,
     Status,
     arm_proof_document,
     arm_proof_of,
+    known,
+    knowns,
     read_as,
     shaped,
     signed,
@@ -58,12 +64,12 @@ class ArmPlan(Plan):
     maneuver: ArmManeuver  # type: ignore[assignment]
     proof: ArmProof  # type: ignore[assignment]
     indices: tuple[int, int]
-    joints: JointPath | None
+    joints: JointMotion | JointPath | None
     clear: LinkClearance | None
 
     @classmethod
     def of(  # type: ignore[override]
-        cls, scene: ArmScene, settings: Settings, status: Status, bound: float, given: Found[JointPath]
+        cls, scene: ArmScene, settings: Settings, status: Status, bound: float, given: Found[JointMotion | JointPath]
     ) -> Self:
         path, kept = given.motion, given.kept
         assert given.multipliers is not None
@@ -106,7 +112,7 @@ class ArmPlan(Plan):
         """An arm's walls are not its user's: there are none."""
         raise AttributeError("an arm's plan has no sensitivities")
 
-    def _path(self) -> JointPath:
+    def _path(self) -> JointMotion | JointPath:
         if self.joints is None:
             raise ValueError(f"this plan is {self.status}: it has no trajectory")
         return self.joints
@@ -157,7 +163,22 @@ class ArmPlan(Plan):
     @cached_property
     def exceeded(self) -> list[str]:
         """Joint limits and speeds that the motion does not keep, in words."""
-        return [] if self.joints is None else [one.words for one in beyond_limits(self.maneuver, self.joints)]
+        if self.joints is None or self.extremes is None:
+            return []
+        return [one.words for one in beyond_limits(self.maneuver, self.joints, self.extremes)]
+
+    @cached_property
+    def extremes(self) -> Extremes | None:
+        """What the joints do at most at any instant; None where there is no motion."""
+        if self.joints is None:
+            return None
+        kept = self.kept
+        return kept.extremes if isinstance(kept, ArmKept) else extremes(self.joints)
+
+    @property
+    def peak_moment(self) -> float:
+        """The largest moment that the base feels at any instant [N m]; infinite where it is not bounded."""
+        return np.inf if self.extremes is None else self.extremes.moment
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The arm's poses over its obstacles; see `peakmin.view` for more."""
@@ -179,7 +200,10 @@ class ArmPlan(Plan):
             contacts=[str(contact) for contact in self.contacts],
             exceeded=self.exceeded,
             joints=[] if path is None else path.angles(np.array(fields["times"])).tolist(),
-            path=None if path is None else _path_document(path),
+            path=_path_document(path) if isinstance(path, JointPath) else None,
+            held=_held_document(path) if isinstance(path, JointMotion) else None,
+            peak_moment=known(self.peak_moment),
+            extremes=None if self.extremes is None else _extremes_document(self.extremes),
             proof=arm_proof_document(self.proof),
             spec=spec,
         )
@@ -192,10 +216,13 @@ class ArmPlan(Plan):
         if document.indices not in scene.passages:
             raise ValueError("a plan is of configurations that are none")
         passage = scene.passages[document.indices]
-        motion = None if document.path is None else document.motion(passage.maneuver)
+        held = None if document.held is None else _held_of(document.held, passage)
+        motion = document.motion(passage.maneuver) if document.path is not None else held and held.motion
         if document.path is not None and motion is None:
             raise ValueError("joints without a motion")
-        path = clear = None
+        path, clear = held, None if held is None else link_clearance(scene.workspace, held)
+        if held is not None and document.path is not None:
+            raise ValueError("joints follow a path or hold accelerations, not both")
         if document.path is not None and motion is not None:
             path = _path_of(document.path, motion, passage)
             clear = link_clearance(scene.workspace, path)
@@ -253,6 +280,26 @@ class ArmPlan(Plan):
             f"ArmPlan({self.status}, peak={self.peak:.9g}, lower_bound={self.lower_bound:.9g}, "
             f"clearance={self.clearance:.6g})"
         )
+
+
+def _held_document(motion: JointMotion) -> HeldDocument:
+    return HeldDocument(nodes=motion.nodes.tolist(), begin=motion.begin.tolist(), held=motion.held.tolist())
+
+
+def _held_of(stated: HeldDocument, passage: Passage) -> JointMotion:
+    """The motion of the joints that a document states. Raises `ValueError` where it is none of this arm."""
+    chain, nodes = passage.workspace.chain, np.array(stated.nodes, dtype=float)
+    if len(nodes) < 2 or nodes[0] != 0 or nodes[-1] != passage.asked.duration or np.any(np.diff(nodes) <= 0):
+        raise ValueError("nodes do not go from the start to the end")
+    held = shaped(stated.held, len(nodes) - 1, chain.links)
+    return JointMotion(chain, nodes, held, shaped(stated.begin, chain.links))
+
+
+def _extremes_document(found: Extremes) -> ExtremesDocument:
+    every = {name: knowns(np.where(np.isfinite(value), value, np.nan)) for name, value in (
+        (name, getattr(found, name)) for name in ("low", "high", "speed", "acceleration", "torque")
+    )}
+    return ExtremesDocument(**every, singular=found.singular)
 
 
 def _path_document(path: JointPath) -> PathDocument:

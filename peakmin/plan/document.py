@@ -19,6 +19,7 @@ from ..errors import SpecError
 from ..geometry.costate import CostateTrajectory
 from ..geometry.trajectory import HoldTrajectory, Trajectory
 from ..proofs.bounds import Leaf, Proof
+from ..robots.joint_motion import CentreMotion
 from ..robots.joint_space import FLOODS
 from ..scenes.arm_proof import ALL, ArmProof, Lined, PassageProof, Touching
 from ..scenes.blocks import BlockClasses, BlockProof, ListedBranch, ListedProof, Marks, WayClass
@@ -168,6 +169,25 @@ class PathDocument(Model):
     others: tuple[list[Real], Rows] | None
 
 
+class HeldDocument(Model):
+    """Joint accelerations [rad/s^2] held between nodes [s], from these joint angles [rad] on: see `JointMotion`."""
+
+    nodes: list[Real]
+    begin: list[Real]
+    held: Rows
+
+
+class ExtremesDocument(Model):
+    """What the joints do at most at any instant, [rad], [rad/s], [rad/s^2], [N m] each; null where it is not bounded."""
+
+    low: list[Real | None]
+    high: list[Real | None]
+    speed: list[Real | None]
+    acceleration: list[Real | None]
+    torque: list[Real | None]
+    singular: Real
+
+
 class SensitivitiesDocument(Model):
     """Derivatives of the least peak; null where they are not known."""
 
@@ -262,6 +282,9 @@ class ArmDocument(PlanDocument):
     exceeded: list[str]
     joints: Rows
     path: PathDocument | None
+    held: HeldDocument | None = None
+    peak_moment: Size | None = None
+    extremes: ExtremesDocument | None = None
     proof: ArmsProof
     spec: ArmSpec
 
@@ -283,14 +306,14 @@ def motion_fields(motion: Trajectory | None, duration: float) -> Json:
     """What a document lists of a motion: a hold motion's nodes, or even samples beside a closed form."""
     if motion is None:
         return dict.fromkeys(("times", "position", "velocity", "acceleration"), ()) | {"costate": None}
-    held = isinstance(motion, HoldTrajectory)
-    t = motion.nodes if held else np.union1d(motion.nodes, duration * np.arange(SAMPLES + 1) / SAMPLES)
+    held, joined = isinstance(motion, HoldTrajectory), isinstance(motion, CentreMotion)
+    t = motion.nodes if held or joined else np.union1d(motion.nodes, duration * np.arange(SAMPLES + 1) / SAMPLES)
     return {
         "times": t.tolist(),
         "position": motion.position(t).tolist(),
         "velocity": motion.velocity(t).tolist(),
         "acceleration": motion.acceleration(t[:-1] if held else t).tolist(),
-        "costate": None if held else _costate(motion),
+        "costate": None if held or joined else _costate(motion),
     }
 
 

@@ -7,13 +7,8 @@ path (`peakmin.robots.kinematics.Pair`). With e'(a) = (-sin a, cos a),
     c_i e'(theta_i) theta_i'' + c_j e'(theta_j) theta_j''
         = r'' + sum_all c e(theta) theta'^2 - sum_k c_k e'(theta_k) theta_k''
 
-Base force, base moment and joint torques of a planar arm without gravity, by inverse dynamics.
-
-With the centre of link m at r_m and inertia I_m about it, the joint k must exert on what lies beyond it
-
-    tau_k = sum_{m>=k} ( I_m theta_m'' + (r_m - joint_k) x m_m r_m'' )  + the payload's  (tip - joint_k) x payload tip''
-
-tau_1 is the base moment, and the base force is  sum m_m r_m'' = m u  whatever the inertias.
+Torques are those of `peakmin.robots.dynamics`; tau_1 is the base moment, and the base force is  sum m_m r_m'' = m u
+whatever the inertias.
 """
 
 from __future__ import annotations
@@ -28,6 +23,8 @@ from scipy.interpolate import CubicSpline, PPoly
 
 from ..geometry.trajectory import Trajectory
 from ..types import Array
+from .dynamics import inverse_dynamics
+from .joint_motion import JointMotion
 from .kinematics import Chain, Pair, unit
 
 STRAIGHT = 1e-6  # |sin delta| below which speeds are taken a little beside the instant
@@ -224,27 +221,11 @@ def _highest(x: Array) -> NDArray[np.intp]:
     return there[np.argsort(-x[there], kind="stable")[:PLACES]]
 
 
-def torques(path: JointPath, t: ArrayLike) -> Array:
+def torques(path: JointPath | JointMotion, t: ArrayLike) -> Array:
     """tau [N m] at t [s], shape (...) -> (..., n); at a node those of the hold that begins there."""
-    chain = path.chain
-    theta, first, second = path.rates(t)
-    along = unit(theta)
-    across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-    turned = second[..., None] * across - first[..., None] ** 2 * along  # e''
-    joints, accelerations = chain.joints(theta), np.cumsum(chain.length[:, None] * turned, axis=-2)
-    accelerations = np.concatenate([np.zeros_like(accelerations[..., :1, :]), accelerations], axis=-2)
-    places = joints[..., :-1, :] + chain.com[:, None] * along
-    forces = chain.mass[:, None] * (accelerations[..., :-1, :] + chain.com[:, None] * turned)
-    out = np.zeros_like(theta)
-    for k in range(chain.links):
-        arm = places[..., k:, :] - joints[..., k : k + 1, :]
-        load = forces[..., k:, :]
-        moments = chain.inertia[k:] * second[..., k:] + arm[..., 0] * load[..., 1] - arm[..., 1] * load[..., 0]
-        tip, last = joints[..., -1, :] - joints[..., k, :], chain.payload * accelerations[..., -1, :]
-        out[..., k] = np.sum(moments, axis=-1) + tip[..., 0] * last[..., 1] - tip[..., 1] * last[..., 0]
-    return out
+    return inverse_dynamics(path.chain, *path.rates(t))
 
 
-def base_moment(path: JointPath, t: ArrayLike) -> Array:
+def base_moment(path: JointPath | JointMotion, t: ArrayLike) -> Array:
     """Moment about the first joint that the base exerts on the arm [N m], shape (...)."""
     return np.asarray(torques(path, t)[..., 0])

@@ -22,6 +22,7 @@ from ..proofs.branch_and_bound import Certificate
 from ..proofs.double_integrator import PointMass
 from ..proofs.frontier import Frontier
 from ..robots.joint_space import Flood, JointWay, decisive_flood
+from ..robots.joint_motion import JointMotion
 from ..robots.joints import JointPath
 from ..scenes.arm_proof import ArmProof, PassageProof, Touching
 from ..scenes.kinds import ArmScene
@@ -32,6 +33,7 @@ from ..spec.maneuver import Maneuver
 from ..spec.settings import GlobalSearch
 from .course import Steered, steered
 from .job import Job
+from .planned import Planner, with_proof
 from .redundant import redundant
 from .tree import Candidate, Effort, Tree, raised
 from .turns import turn_along, turn_on
@@ -52,6 +54,8 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
     if scene.workspace.chain.links > 2:
         return redundant(scene, job)
     settings = job.settings
+    planner = Planner(scene, job, part(job.until), _floor(scene))
+    planned = planner.run({}, list(scene.passages.values()))
     assert isinstance(settings.search, GlobalSearch)
     effort = Effort(
         settings.search.gap,
@@ -63,11 +67,22 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
         hasty=True,
         progress=job.progress,
     )
-    search = ArmSearch(scene, effort)
+    search = ArmSearch(scene, effort, min((one.peak for one in planned if one.kept and one.kept.passed), default=math.inf))
     search.run()
     proof = search.proof()
-    every = [plan_of(scene, settings, replace(one, proof=proof)) for one in search.motions(job)]
-    return min(every, key=lambda plan: (plan.status != "solved", plan.peak))
+    every: list[Found[JointMotion] | Found[JointPath]] = [*search.motions(job)]
+    every += [with_proof(one, proof, job, planner.steps, effort.boxes) for one in planned]
+    return best_plan([plan_of(scene, settings, replace(one, proof=proof)) for one in every])
+
+
+def best_plan(every: list[ArmPlan]) -> ArmPlan:
+    """The one that keeps all that was asked, then that of least peak."""
+    return min(every, key=lambda plan: (plan.kept is None or not plan.kept.passed, plan.peak))
+
+
+def _floor(scene: ArmScene) -> float:
+    """A peak [m/s^2] that no motion is below: 4 D / T^2, with D the least distance from a start to a goal."""
+    return 4 * min(one.length for one in scene.passages.values()) / scene.task.duration**2
 
 
 @dataclass
@@ -87,8 +102,9 @@ class ArmSearch:
     everything node by node;  turned: one that turns its elbow over.
     """
 
-    def __init__(self, scene: ArmScene, effort: Effort) -> None:
-        self.scene, self.effort = scene, effort
+    def __init__(self, scene: ArmScene, effort: Effort, planned: float = math.inf) -> None:
+        """planned: the peak of a motion that is known [m/s^2]."""
+        self.scene, self.effort, self.planned = scene, effort, planned
         self.best: tuple[Passage, Candidate[Order]] | None = None
         self.steered: Steered | None = None
         self.turned: Steered | None = None
@@ -101,7 +117,7 @@ class ArmSearch:
     def upper(self) -> float:
         """The least peak of a free motion that is known [m/s^2]."""
         kept = math.inf if self.best is None else self.best[1].peak
-        return min([kept, *(one.peak for one in (self.steered, self.turned) if one is not None)])
+        return min([kept, self.planned, *(one.peak for one in (self.steered, self.turned) if one is not None)])
 
     @property
     def _no(self) -> float:
