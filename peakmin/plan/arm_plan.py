@@ -136,8 +136,10 @@ class ArmPlan(Plan):
 
     @property
     def elbow_changes(self) -> tuple[float, ...]:
-        """Times [s] at which the elbow turns over."""
-        return () if self.joints is None else self.joints.changes
+        """Times [s] at which the elbow turns over: of two links where they are in line."""
+        if self.joints is None:
+            return ()
+        return self.joints.changes if isinstance(self.joints, JointPath) else self.joints.straight
 
     @cached_property
     def contacts(self) -> list[Contact]:

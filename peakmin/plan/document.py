@@ -1,7 +1,8 @@
 """A plan as a JSON document: what its file states. `peakmin.verify` finds out whether that is true.
 
-Version 2. Files of version 1 are read as what they would be in version 2: they do not name the kind of a centre of
-mass's plan, list walls past blocks only, and state the proof past blocks as a list of branches in place of a tree.
+Version 3. Older files are read as what they would be in it. Those of version 2 say nothing of what an arm's joints do at
+most. Those of version 1 do not name the kind of a centre of mass's plan either, list walls past blocks only, and state
+the proof past blocks as a list of branches in place of a tree.
 """
 
 from __future__ import annotations
@@ -33,8 +34,9 @@ from ..spec.reading import load, short
 from ..spec.spec import ArmSpec, Spec
 from ..types import Array, Json
 
-VERSION: Literal[2] = 2  # of plan documents
-KNOWN = (1, 2)
+VERSION: Literal[3] = 3  # of plan documents
+KNOWN = (1, 2, 3)
+SINCE_3 = ("held", "peak_moment", "extremes")  # what older files of arms do not state
 SAMPLES = 200  # panels of the samples that a costate plan lists beside its closed form
 
 Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
@@ -216,7 +218,7 @@ class PlanDocument(Model):
 
     kind_of_file: ClassVar[str] = "plan"
 
-    version: Literal[2]
+    version: Literal[3]
     status: Status
     peak: Size | None
     lower_bound: Size | None
@@ -282,9 +284,9 @@ class ArmDocument(PlanDocument):
     exceeded: list[str]
     joints: Rows
     path: PathDocument | None
-    held: HeldDocument | None = None
-    peak_moment: Size | None = None
-    extremes: ExtremesDocument | None = None
+    held: HeldDocument | None
+    peak_moment: Size | None
+    extremes: ExtremesDocument | None
     proof: ArmsProof
     spec: ArmSpec
 
@@ -387,17 +389,21 @@ def digest(data: Json) -> str:
 
 
 def stated(text: str | bytes) -> tuple[Json, Json]:
-    """A document's data as the file has them, and as one of version 2. Raises `SpecError` in one line."""
+    """A document's data as the file has them, and as one of the present version. Raises `SpecError` in one line."""
     data = load(text, finite=True)
     version = data.get("version")
     if type(version) is not int or version not in KNOWN:
-        raise SpecError(f"version: was {short(version)}, must be 1 or 2 (the versions so far)")
+        raise SpecError(f"version: was {short(version)}, must be 1, 2 or 3 (the versions so far)")
     return data, data if version == VERSION else _upgraded(data)
 
 
 def _upgraded(data: Json) -> Json:
-    """A document of version 1 as one of version 2, as far as it is one at all."""
+    """A document of an older version as one of the present, as far as it is one at all."""
     new = {"kind": "point", "costate": None, **data, "version": VERSION}
+    if new["kind"] == "arm":
+        new |= dict.fromkeys(SINCE_3)
+    if data["version"] == 2:
+        return new
     proof = data.get("proof")
     if new["kind"] == "arm":
         new["proof"] = {"kind": "arm", "passages": proof, "cells": new.pop("flooded", 0)}

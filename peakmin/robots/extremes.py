@@ -27,6 +27,7 @@ from .kinematics import Chain, unit
 
 FIRST = 400  # intervals
 FINE = 1e-3  # relative to the largest value, to which it is found
+CLOSE = 1e-10  # rad: to which the largest and the least angles are found
 MOST = 60_000  # intervals
 INSTANTS = 4000  # at which the distance of a joint motion from the singular posture is looked at
 
@@ -88,7 +89,9 @@ def _of_path(path: JointPath) -> Extremes:
         cuts = np.union1d(cuts, path.others.x)
     a, b = cuts[:-1], cuts[1:]
     best, proved, when = np.zeros((3, n)), np.zeros((3, n)), np.zeros((3, n))
-    low, high, singular, count = np.full(n, np.inf), np.full(n, -np.inf), np.inf, 0
+    seen_at = path.angles(np.append(a, path.duration))
+    low, high = np.min(seen_at, axis=0), np.max(seen_at, axis=0)
+    least, most, singular, count = low.copy(), high.copy(), np.inf, 0
     while len(a):
         count += len(a)
         seen = _on_intervals(path, a, b)
@@ -97,32 +100,33 @@ def _of_path(path: JointPath) -> Extremes:
         when = np.where(top > best, ((a + b) / 2)[at], when)
         best = np.maximum(best, top)
         loose = np.any(seen.bound > best[:, None] * (1 + FINE) + 1e-12, axis=(0, 2))
-        loose |= np.any(seen.turned > FINE, axis=1)
+        low, high = np.minimum(low, np.min(seen.angles, axis=0)), np.maximum(high, np.max(seen.angles, axis=0))
+        loose |= np.any((seen.low < low - CLOSE) | (seen.high > high + CLOSE), axis=1)
         more = loose & (b - a > 1e-9 * path.duration) & (count < MOST)
         proved = np.maximum(proved, np.max(np.where(more[None, :, None], 0.0, seen.bound), axis=1))
         kept = ~more
         if np.any(kept):
-            low = np.minimum(low, np.min(seen.angles[kept] - seen.turned[kept], axis=0))
-            high = np.maximum(high, np.max(seen.angles[kept] + seen.turned[kept], axis=0))
+            least, most = np.minimum(least, np.min(seen.low[kept], axis=0)), np.maximum(most, np.max(seen.high[kept], axis=0))
             singular = min(singular, float(np.min(seen.sigma[kept])))
         a, b = a[more], b[more]
         middle = (a + b) / 2
         a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
     proved = np.where(proved <= best * (1 + 2 * FINE) + 1e-12, np.maximum(best, proved), np.inf)
     names = ("speed", "acceleration", "torque")
-    return Extremes(low, high, *proved, dict(zip(names, when, strict=True)), singular)
+    return Extremes(least, most, *proved, dict(zip(names, when, strict=True)), singular)
 
 
 @dataclass(frozen=True)
 class _Seen:
     """Of intervals (m,): speeds, accelerations and torques in the middle and their bounds, (3, m, n); angles in the
-    middle and how far they turn, (m, n);  sigma: (m,).
+    middle and the least and largest, (m, n);  sigma: (m,).
     """
 
     value: Array
     bound: Array
     angles: Array
-    turned: Array
+    low: Array
+    high: Array
     sigma: Array
 
 
@@ -165,9 +169,14 @@ def _on_intervals(path: JointPath, a: Array, b: Array) -> _Seen:
         bounds = [values[0] + t * joint(A), joint(A), _torque_most(chain, W, A)]
         values[1] = np.maximum(values[1], joint(A) / (1 + FINE))
         tau = np.maximum(tau, bounds[2] / (1 + FINE))
-    every = [np.nan_to_num(x, nan=np.inf) for x in bounds]
-    turned = np.nan_to_num(t * joint(W), nan=np.inf)
-    return _Seen(np.array([*values, tau]), np.array(every), path.angles(middle), turned, sigma[:, 0])
+    every = [np.where(np.isnan(x), np.inf, x) for x in bounds]
+    # an angle is within h^2/8 max|q''| of the line between its ends, and within what it may turn of the middle
+    angles, ends = path.angles(middle), np.array([path.angles(a), path.angles(np.nextafter(b, 0))])
+    bent = np.where(np.isnan(A), np.inf, joint(A)) * t**2 / 2
+    turned = joint(path.spread(a, b))
+    least = np.fmax(np.min(ends, axis=0) - bent, angles - turned)
+    most = np.fmin(np.max(ends, axis=0) + bent, angles + turned)
+    return _Seen(np.array([*values, tau]), np.array(every), angles, least, most, sigma[:, 0])
 
 
 def _torque_most(chain: Chain, W: Array, A: Array) -> Array:

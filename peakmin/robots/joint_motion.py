@@ -11,6 +11,7 @@ the peaks stated here hold at every instant, none is only sampled.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -48,6 +49,24 @@ class JointMotion:
     def elbow(self) -> float:
         """Sign of joint 2 at the start, up to full turns."""
         return 1.0 if np.sin(self.begin[1]) >= 0 else -1.0
+
+    @property
+    def straight(self) -> tuple[float, ...]:
+        """Times [s] at which two links come in line, stretched or folded, and go on to the other side."""
+        if self.chain.links != 2:
+            return ()
+        (q, v), (low, high) = self.at_nodes, self.ranges
+        crossed = []
+        for k in range(math.ceil(low[1] / math.pi), math.floor(high[1] / math.pi) + 1):
+            for i, (begin, speed, held, dt) in enumerate(
+                zip(q[:, 1] - k * math.pi, v[:, 1], self.held[:, 1], np.diff(self.nodes), strict=False)
+            ):
+                roots = np.roots([held / 2, speed, begin]) if held or speed else np.zeros(0)
+                crossed += [
+                    float(self.nodes[i] + s.real) for s in roots if abs(s.imag) < 1e-12 and 0 < s.real <= dt
+                ]
+        sides = np.sin(self.angles(np.array([[t - 1e-6, t + 1e-6] for t in crossed]).reshape(-1, 2))[..., 1])
+        return tuple(sorted(t for t, (a, b) in zip(crossed, sides, strict=True) if a * b < 0))
 
     @cached_property
     def at_nodes(self) -> tuple[Array, Array]:

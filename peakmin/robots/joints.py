@@ -13,12 +13,11 @@ whatever the inertias.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline, PPoly
 
 from ..geometry.trajectory import Trajectory
@@ -29,7 +28,6 @@ from .kinematics import Chain, Pair, unit
 
 STRAIGHT = 1e-6  # |sin delta| below which speeds are taken a little beside the instant
 BESIDE = 1e-6  # of the duration
-CLOSER, PLACES = 4, 20  # rounds of looking closer; places, and instants at each
 GRID = 2000  # samples that the turns of the angles are counted along
 
 
@@ -179,46 +177,6 @@ class JointPath:
         for at, size in zip(t.tolist(), np.abs(value(t)[:, column]).tolist(), strict=True):
             out = np.where((low <= at) & (at <= high), np.maximum(out, size), out)
         return np.asarray(out)
-
-
-def steadiest(chain: Chain, start: Array, goal: Array) -> tuple[tuple[int, int], float] | None:
-    """The pair of links, and its elbow, whose angle stays furthest from a straight line on the straight way from start
-    to goal in joint space, shape (n,) each; None where every pair turns over.
-    """
-    way = start + np.linspace(0, 1, 101)[:, None] * (goal - start)
-    best, found = 1e-6, None
-    for i, j in itertools.combinations(range(chain.links), 2):
-        bend = np.sin(way[:, j] - way[:, i]) * min(chain.c[i], chain.c[j])
-        if np.all(bend > 0) or np.all(bend < 0):
-            room = float(np.min(np.abs(bend)))
-            if room > best:
-                best, found = room, ((i, j), float(np.sign(bend[0])))
-    return found
-
-
-def closely(path: JointPath) -> Array:
-    """Instants [s] at which limits and speeds are looked at: close together where any joint's angle or speed is
-    largest, and where two links are nearly straight.
-
-    Angles have no bounded speed there, so a grid would miss their peaks.
-    """
-    t = np.union1d(np.linspace(0, path.duration, 2 * GRID + 1), path.motion.nodes)
-    for _ in range(CLOSER):
-        theta, rates, _ = path.rates(t)
-        straight = -np.abs(np.sin(theta[:, path.pair[1]] - theta[:, path.pair[0]]))
-        angles, speeds = path.angles(t), np.abs(np.diff(rates, axis=-1, prepend=0.0))
-        every = np.column_stack([straight, speeds, angles, -angles])
-        order = np.concatenate([_highest(column) for column in every.T])
-        low, high = t[np.maximum(order - 1, 0)], t[np.minimum(order + 1, len(t) - 1)]
-        t = np.union1d(t, np.linspace(low, high, PLACES))
-    return t
-
-
-def _highest(x: Array) -> NDArray[np.intp]:
-    """The largest local maxima of samples (m,), their indices: at most so many."""
-    before, after = np.append(-np.inf, x[:-1]), np.append(x[1:], -np.inf)
-    there = np.flatnonzero((x >= before) & (x >= after))
-    return there[np.argsort(-x[there], kind="stable")[:PLACES]]
 
 
 def torques(path: JointPath | JointMotion, t: ArrayLike) -> Array:

@@ -239,7 +239,7 @@ def beyond_limits(task: ArmManeuver, motion: JointMotion | JointPath, found: Ext
             why = "" if stated else f", above {most[k]:.3g} (not given: {TIMES:g} times the straight joint motion's)"
             size = f"{reached[k]:.4g} {unit}" if np.isfinite(reached[k]) else f"no bounded {what}"
             said = f"{field}: the joint reaches {size} about {at:.4g} s{why}"
-            out.append(Excess(field, float(reached[k] - most[k]), unit, said))
+            out.append(Excess(field, float(reached[k] - most[k]), unit, said, stated))
     if task.max_moment is not None and not found.moment <= task.max_moment * (1 + GRAIN):
         said = f"max_moment: the base feels {found.moment:.6g} N m"
         out.append(Excess("max_moment", found.moment - task.max_moment, "N m", said))

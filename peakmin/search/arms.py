@@ -31,9 +31,10 @@ from ..scenes.scene import Bounded
 from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver
 from ..spec.settings import GlobalSearch
+from ..types import Array
 from .course import Steered, steered
 from .job import Job
-from .planned import Planner, with_proof
+from .planned import COARSE, Planner, with_proof
 from .redundant import redundant
 from .tree import Candidate, Effort, Tree, raised
 from .turns import turn_along, turn_on
@@ -54,8 +55,6 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
     if scene.workspace.chain.links > 2:
         return redundant(scene, job)
     settings = job.settings
-    planner = Planner(scene, job, part(job.until), _floor(scene))
-    planned = planner.run({}, list(scene.passages.values()))
     assert isinstance(settings.search, GlobalSearch)
     effort = Effort(
         settings.search.gap,
@@ -67,7 +66,10 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
         hasty=True,
         progress=job.progress,
     )
-    search = ArmSearch(scene, effort, min((one.peak for one in planned if one.kept and one.kept.passed), default=math.inf))
+    search = ArmSearch(scene, effort)
+    planner = Planner(scene, job, part(job.until), _floor(scene))
+    planned = planner.run(search.ways(), search.joined)
+    search.planned = min((one.peak for one in planned if one.kept and one.kept.passed), default=math.inf)
     search.run()
     proof = search.proof()
     every: list[Found[JointMotion] | Found[JointPath]] = [*search.motions(job)]
@@ -99,12 +101,11 @@ class ArmSearch:
     """The search over all passages of one task of a two-link arm.
 
     best: the best free motion met that keeps its elbow, with its passage, or None;  steered: one that was kept out of
-    everything node by node;  turned: one that turns its elbow over.
+    everything node by node;  turned: one that turns its elbow over;  planned: the peak of one that is known [m/s^2].
     """
 
-    def __init__(self, scene: ArmScene, effort: Effort, planned: float = math.inf) -> None:
-        """planned: the peak of a motion that is known [m/s^2]."""
-        self.scene, self.effort, self.planned = scene, effort, planned
+    def __init__(self, scene: ArmScene, effort: Effort) -> None:
+        self.scene, self.effort, self.planned = scene, effort, math.inf
         self.best: tuple[Passage, Candidate[Order]] | None = None
         self.steered: Steered | None = None
         self.turned: Steered | None = None
@@ -133,13 +134,37 @@ class ArmSearch:
         """Why no motion has a smaller peak."""
         return ArmProof(tuple(self._proofs), self._flood.cells if self._parted and self._flood is not None else 0)
 
+    def _flooded(self) -> None:
+        """Joint space, looked at once, where something stands in the way."""
+        if self.scene.task.obstacles and self._flood is None:
+            ends = [(one.theta, one.elbow if one.keeps else None) for one in self.scene.passages.values()]
+            self._flood = decisive_flood(self.scene.workspace, ends, self.effort.until)
+
+    @property
+    def joined(self) -> list[Passage]:
+        """The passages whose motions are not proved impossible."""
+        self._flooded()
+        return [one for one in self.scene.passages.values() if self._joined(one)]
+
+    def ways(self) -> dict[tuple[int, int], list[Array]]:
+        """Ways of free joint angles (m+1, n) at even times, by the passage's indices; none without obstacles."""
+        self._flooded()
+        if self._flood is None:
+            return {}
+        limits, found = self.scene.task.arm.links[1].limits, {}
+        for passage in self.joined:
+            keeping = [passage.elbow] if passage.keeps else []
+            every = [self._flood.way(passage.theta, elbow, limits) for elbow in (None, *keeping)]
+            found[passage.indices] = [
+                JointWay(self.scene.workspace, way, self.scene.task.duration).timed(COARSE)
+                for way in every
+                if way is not None
+            ]
+        return found
+
     def run(self) -> None:
         """Search until the gap is reached or comes down no more, or until the effort is over."""
-        every = list(self.scene.passages.values())
-        if self.scene.task.obstacles:
-            ends = [(one.theta, one.elbow if one.keeps else None) for one in every]
-            self._flood = decisive_flood(self.scene.workspace, ends, self.effort.until)
-        joined = [one for one in every if self._joined(one)]
+        every, joined = list(self.scene.passages.values()), self.joined
         kept = [one for one in joined if one.keeps and self._joined(one, one.elbow)]
         self._parted = len(joined) < len(every) or any(one.keeps and one not in kept for one in joined)
         trees = {one.indices: GapTree(one.whole if self._alone(one) else one, self.effort) for one in kept}

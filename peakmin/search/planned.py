@@ -22,8 +22,9 @@ from .job import Job
 from .joint_space import COST, JointSearch, bang
 
 COARSE, FINE = 40, 80  # holds: of what is looked for, and of the answer
-BENT, TRIED, WIDE = 60, 4, 1.2  # bent first motions: how many are looked at, tried, and how far they bend [rad]
+BENT, TRIED, WIDE = 120, 4, 1.2  # bent first motions: how many are looked at, tried, and how far they bend [rad]
 BEST = 3  # motions that are made finer
+ALIKE = 1e-3  # relative
 MENDED = 5  # rounds in which what a motion does not keep between instants is asked more of
 MORE = 1.5  # times what is missing
 
@@ -149,7 +150,7 @@ class Planner:
                     break
         self.steps += 0 if first is None else first.count
         out: list[Found[JointMotion]] = []
-        for motion in sorted(found, key=lambda one: one.order)[:BEST]:
+        for motion in _unlike(sorted(found, key=lambda one: one.order))[:BEST]:
             if out and over(self.until):
                 break
             made = self._finer(motion, cost)
@@ -165,14 +166,14 @@ class Planner:
         if not every:
             return
         straight, rng = every[0].angles, np.random.default_rng(0)
-        s = np.linspace(0, math.pi, COARSE + 1)[:, None]
+        s = math.pi * bang(np.linspace(0, 1, COARSE + 1))[:, None]
         look = self.search(straight[0], straight[-1], COARSE)
         links = self.scene.task.arm.links
         ranges = np.array([link.limits or (-math.inf, math.inf) for link in links])
         bent: list[tuple[float, float, Array]] = []
         for _ in range(BENT):
-            turn = rng.normal(size=straight.shape[1]) * WIDE
-            angles = np.clip(straight + np.sin(s) * turn, *ranges.T)
+            once, twice = rng.normal(size=(2, straight.shape[1])) * WIDE
+            angles = np.clip(straight + np.sin(s) * once + np.sin(2 * s) * twice / 2, *ranges.T)
             peak, missing = look.score(angles[0], look.along(angles))
             bent.append((missing, peak, angles))
         bent.sort(key=lambda one: (round(one[0], 2), one[1]))
@@ -217,6 +218,15 @@ class Planner:
                 torque[k] = min(torque[k], may) - MORE * min(one.amount, 0.1 * may)
                 limits = replace(limits, torque=torque)
         return replace(search, limits=limits, room=room, _programs={})
+
+
+def _unlike(motions: list[Motion]) -> list[Motion]:
+    """Those that are not about as good as one before, which they mostly are the same as."""
+    out: list[Motion] = []
+    for one in motions:
+        if all(abs(one.peak / other.peak - 1) > ALIKE or one.missing > 1e-6 for other in out):
+            out.append(one)
+    return out
 
 
 def with_proof(found: Found[JointMotion], proof: ArmProof, job: Job, steps: int, boxes: int) -> Found[JointMotion]:
