@@ -219,15 +219,16 @@ class ArmPlan(Plan):
             raise ValueError("a plan is of configurations that are none")
         passage = scene.passages[document.indices]
         held = None if document.held is None else _held_of(document.held, passage)
-        motion = document.motion(passage.maneuver) if document.path is not None else held and held.motion
-        if document.path is not None and motion is None:
-            raise ValueError("joints without a motion")
-        path, clear = held, None if held is None else link_clearance(scene.workspace, held)
-        if held is not None and document.path is not None:
-            raise ValueError("joints follow a path or hold accelerations, not both")
-        if document.path is not None and motion is not None:
+        motion: Trajectory | None = None if held is None else held.motion
+        path: JointMotion | JointPath | None = held
+        if document.path is not None:
+            if held is not None:
+                raise ValueError("joints follow a path or hold accelerations, not both")
+            motion = document.motion(passage.maneuver)
+            if motion is None:
+                raise ValueError("joints without a motion")
             path = _path_of(document.path, motion, passage)
-            clear = link_clearance(scene.workspace, path)
+        clear = None if path is None else link_clearance(scene.workspace, path)
         return cls(
             task,
             document.spec.settings,
@@ -298,9 +299,10 @@ def _held_of(stated: HeldDocument, passage: Passage) -> JointMotion:
 
 
 def _extremes_document(found: Extremes) -> ExtremesDocument:
-    every = {name: knowns(np.where(np.isfinite(value), value, np.nan)) for name, value in (
-        (name, getattr(found, name)) for name in ("low", "high", "speed", "acceleration", "torque")
-    )}
+    every = {
+        name: knowns(np.where(np.isfinite(value), value, np.nan))
+        for name, value in ((name, getattr(found, name)) for name in ("low", "high", "speed", "acceleration", "torque"))
+    }
     return ExtremesDocument(**every, singular=found.singular)
 
 

@@ -1,8 +1,8 @@
 """A plan as a JSON document: what its file states. `peakmin.verify` finds out whether that is true.
 
-Version 3. Older files are read as what they would be in it. Those of version 2 say nothing of what an arm's joints do at
-most. Those of version 1 do not name the kind of a centre of mass's plan either, list walls past blocks only, and state
-the proof past blocks as a list of branches in place of a tree.
+Version 3. Older files are read as what they would be in it. Those of version 2 say nothing of what an arm's joints do
+at most. Those of version 1 do not name the kind of a centre of mass's plan either, list walls past blocks only, and
+state the proof past blocks as a list of branches in place of a tree.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ class HeldDocument(Model):
 
 
 class ExtremesDocument(Model):
-    """What the joints do at most at any instant, [rad], [rad/s], [rad/s^2], [N m] each; null where it is not bounded."""
+    """What the joints do at most at any instant [rad, rad/s, rad/s^2, N m]; null where it is not bounded."""
 
     low: list[Real | None]
     high: list[Real | None]

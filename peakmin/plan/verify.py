@@ -108,7 +108,9 @@ def _anew(plan: Plan, data: Json, older: bool) -> list[str]:
     if older:
         again |= {name: None for name in SINCE_3 if name in again}
         if "exceeded" in again and plan.kept is not None:
-            again["exceeded"] = [one.words for one in plan.kept.excesses if one.stated and one.words in again["exceeded"]]
+            again["exceeded"] = [
+                one.words for one in plan.kept.excesses if one.stated and one.words in again["exceeded"]
+            ]
     return unlike(_apart(data), _apart(again), plan.units)
 
 

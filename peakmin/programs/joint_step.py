@@ -5,7 +5,8 @@ In scaled units (duration 1, lengths by the arm, torques by mass size^2 / T^2), 
     minimise  M + mu sum(slack)   subject to
     |u + du| <= M at both ends and the middle of every hold,
     tau + dtau within +- limit + slack,   distance + ddistance >= room - slack there,
-    q_k, q_k + h v_k / 2 within limits (the control points of its parabolas),   v_k, a_k within limits,   |dq_k| <= trust
+    q_k, q_k + h v_k / 2 within limits (the control points of its parabolas),   v_k, a_k within limits,
+    |dq_k| <= trust,
     q_{k+1} = q_k + h v_k + h^2 a_k / 2,   v_{k+1} = v_k + h a_k,   both ends given, at rest
 
 with du, dtau, ddistance linear in dq, dv, da of their hold: parameters, so that only numbers change from step to step.
@@ -54,7 +55,10 @@ class Linear:
 
 
 def by_hold(derivative: Array, share: float, step: float, joints: int) -> Array:
-    """Derivatives by q, q', q'' at a share of a hold (..., 3n) as those by its dq, dv, da: q = q_k + s v_k + s^2 a / 2."""
+    """Derivatives by q, q', q'' at a share of a hold, (..., 3n) or by q alone (..., n), as those by its dq, dv, da.
+
+    q = q_k + s v_k + s^2 a / 2.
+    """
     s = share * step
     by_q, by_v, by_a = np.split(derivative, 3, axis=-1) if derivative.shape[-1] == 3 * joints else (derivative, 0, 0)
     zero = np.zeros_like(by_q)

@@ -18,6 +18,7 @@ from scipy.optimize import minimize
 from ..geometry.norm import norm
 from ..geometry.trajectory import SAMPLES, Polynomial
 from ..plan.arm_plan import ArmPlan
+from ..robots.joints import JointPath
 from ..robots.kinematics import unit
 from ..robots.link_clearance import link_clearance
 from ..types import Array
@@ -58,8 +59,9 @@ def compare(plan: ArmPlan) -> list[Compared]:
         ("minimum jerk", _minimum_jerk(plan, contacts, began)),
         ("smooth C2, tuned", _smooth(plan, contacts, began)),
     ):
-        path = replace(joints, motion=motion)
-        clear = float("nan") if joints.changes else link_clearance(plan.maneuver.workspace, path).least
+        # joints that hold their accelerations do not follow another way of the centre of mass
+        path = replace(joints, motion=motion) if isinstance(joints, JointPath) and not joints.changes else None
+        clear = float("nan") if path is None else link_clearance(plan.maneuver.workspace, path).least
         add(name, motion.peak(), clear)
     return rows
 

@@ -4,12 +4,13 @@ Of a `JointMotion` they follow from its parabolas. Of a `JointPath` two angles f
 inverse of their Jacobian, which is large near the stretched and the folded arm: with sigma at most its least singular
 value on an interval, |det| / sqrt(c_i^2 + c_j^2) <= sigma,
 
-    |theta'| <= (|r'| + sum_rest c |theta'|) / sigma,      |theta''| <= (|u| + sum c theta'^2 + sum_rest c |theta''|) / sigma,
+    |theta'| <= (|r'| + sum_rest c |theta'|) / sigma
+    |theta''| <= (|u| + sum c theta'^2 + sum_rest c |theta''|) / sigma
     |theta'''| <= (|u'| + sum c (3 |theta' theta''| + |theta'|^3) + sum_rest c |theta'''|) / sigma
 
-so on an interval of half width t a speed is within t max|theta''| of that in the middle, and so on. Intervals are halved
-until what lies between no longer matters; where a joint passes through the singular posture that never happens, and
-what is not bounded is infinite.
+so on an interval of half width t a speed is within t max|theta''| of that in the middle, and so on. Intervals are
+halved until what lies between no longer matters; where a joint passes through the singular posture that never happens,
+and what is not bounded is infinite.
 """
 
 from __future__ import annotations
@@ -72,7 +73,9 @@ def _of_motion(motion: JointMotion) -> Extremes:
     a, b = cuts[:-1], cuts[1:]
     moved = motion.spread(a, b) @ motion.chain.c * np.sqrt(motion.chain.links)
     least = _least_singular(motion.chain, motion.absolute((a + b) / 2)) - moved
-    return Extremes(low, high, np.max(speeds, axis=0), np.max(held, axis=0), torque, times, max(float(np.min(least)), 0.0))
+    return Extremes(
+        low, high, np.max(speeds, axis=0), np.max(held, axis=0), torque, times, max(float(np.min(least)), 0.0)
+    )
 
 
 def _least_singular(chain: Chain, theta: Array) -> Array:
@@ -106,14 +109,18 @@ def _of_path(path: JointPath) -> Extremes:
         proved = np.maximum(proved, np.max(np.where(more[None, :, None], 0.0, seen.bound), axis=1))
         kept = ~more
         if np.any(kept):
-            least, most = np.minimum(least, np.min(seen.low[kept], axis=0)), np.maximum(most, np.max(seen.high[kept], axis=0))
+            least, most = (
+                np.minimum(least, np.min(seen.low[kept], axis=0)),
+                np.maximum(most, np.max(seen.high[kept], axis=0)),
+            )
             singular = min(singular, float(np.min(seen.sigma[kept])))
         a, b = a[more], b[more]
         middle = (a + b) / 2
         a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
     proved = np.where(proved <= best * (1 + 2 * FINE) + 1e-12, np.maximum(best, proved), np.inf)
     names = ("speed", "acceleration", "torque")
-    return Extremes(least, most, *proved, dict(zip(names, when, strict=True)), singular)
+    speed, acceleration, torque = proved
+    return Extremes(least, most, speed, acceleration, torque, dict(zip(names, when, strict=True)), singular)
 
 
 @dataclass(frozen=True)
@@ -159,24 +166,28 @@ def _on_intervals(path: JointPath, a: Array, b: Array) -> _Seen:
     if held:
         B[:, pair] = ((3 * W * A + W**3) @ c + B[:, rest] @ c[rest])[:, None] / sigma
         A[:, pair] = np.fmin(A[:, pair], np.abs(second[:, pair]) + t * B[:, pair])
-    joint = lambda x: x + np.concatenate([np.zeros_like(x[:, :1]), x[:, :-1]], axis=1)  # noqa: E731
     values = [np.abs(np.diff(x, axis=1, prepend=0.0)) for x in (first, second)]
     tau = np.abs(inverse_dynamics(chain, theta, first, second))
     if held:
-        bounds = [values[0] + t * joint(A), values[1] + t * joint(B), tau + t * _torque_rate(chain, W, A, B)]
+        bounds = [values[0] + t * _joint(A), values[1] + t * _joint(B), tau + t * _torque_rate(chain, W, A, B)]
     else:  # the control may turn as it likes
-        values[1], tau = joint(np.abs(second)), tau
-        bounds = [values[0] + t * joint(A), joint(A), _torque_most(chain, W, A)]
-        values[1] = np.maximum(values[1], joint(A) / (1 + FINE))
+        bounds = [values[0] + t * _joint(A), _joint(A), _torque_most(chain, W, A)]
+        values[1] = np.maximum(_joint(np.abs(second)), bounds[1] / (1 + FINE))
         tau = np.maximum(tau, bounds[2] / (1 + FINE))
     every = [np.where(np.isnan(x), np.inf, x) for x in bounds]
     # an angle is within h^2/8 max|q''| of the line between its ends, and within what it may turn of the middle
-    angles, ends = path.angles(middle), np.array([path.angles(a), path.angles(np.nextafter(b, 0))])
-    bent = np.where(np.isnan(A), np.inf, joint(A)) * t**2 / 2
-    turned = joint(path.spread(a, b))
-    least = np.fmax(np.min(ends, axis=0) - bent, angles - turned)
-    most = np.fmin(np.max(ends, axis=0) + bent, angles + turned)
+    angles = path.angles(middle)
+    edges: Array = np.array([path.angles(a), path.angles(np.nextafter(b, 0))])
+    bent = np.where(np.isnan(A), np.inf, _joint(A)) * t**2 / 2
+    turned = _joint(path.spread(a, b))
+    least = np.fmax(np.min(edges, axis=0) - bent, angles - turned)
+    most = np.fmin(np.max(edges, axis=0) + bent, angles + turned)
     return _Seen(np.array([*values, tau]), np.array(every), angles, least, most, sigma[:, 0])
+
+
+def _joint(x: Array) -> Array:
+    """Of joints at most, by absolute angles' own (m, n): that of the link and of the one before."""
+    return np.asarray(x + np.concatenate([np.zeros_like(x[:, :1]), x[:, :-1]], axis=1))
 
 
 def _torque_most(chain: Chain, W: Array, A: Array) -> Array:

@@ -62,9 +62,7 @@ class JointMotion:
                 zip(q[:, 1] - k * math.pi, v[:, 1], self.held[:, 1], np.diff(self.nodes), strict=False)
             ):
                 roots = np.roots([held / 2, speed, begin]) if held or speed else np.zeros(0)
-                crossed += [
-                    float(self.nodes[i] + s.real) for s in roots if abs(s.imag) < 1e-12 and 0 < s.real <= dt
-                ]
+                crossed += [float(self.nodes[i] + s.real) for s in roots if abs(s.imag) < 1e-12 and 0 < s.real <= dt]
         sides = np.sin(self.angles(np.array([[t - 1e-6, t + 1e-6] for t in crossed]).reshape(-1, 2))[..., 1])
         return tuple(sorted(t for t, (a, b) in zip(crossed, sides, strict=True) if a * b < 0))
 
@@ -128,7 +126,7 @@ class JointMotion:
         speed = np.abs(np.cumsum(self.at_nodes[1], axis=-1))
         return np.maximum(speed[:-1], speed[1:]), np.abs(np.cumsum(self.held, axis=-1)), np.diff(self.nodes)
 
-    def _cut(self, second: Array, scale: float) -> tuple[Array, Array, Array]:
+    def _cut(self, second: Array, scale: float) -> tuple[Index, Array, Array]:
         """Instants in every hold, close enough for a function with |f''| at most `second`, (N,), beside its `scale`.
 
         Returns the hold of each (m,), how long it has lasted (m,), and what may lie between it and the next (m,).
@@ -140,7 +138,7 @@ class JointMotion:
         place = np.arange(len(k)) - np.repeat(np.cumsum(count + 1) - (count + 1), count + 1)
         return k, dt[k] * place / count[k], second[k] * (dt[k] / count[k]) ** 2 / 8
 
-    def _within(self, k: Array, s: Array) -> tuple[Array, Array, Array]:
+    def _within(self, k: Index, s: Array) -> tuple[Array, Array, Array]:
         """theta, theta', theta'' so long into a hold, (m, n) each."""
         (q, v), a, s = self.at_nodes, self.held[k], s[:, None]
         return (
@@ -182,9 +180,7 @@ class JointMotion:
         for j in range(n):
             far = [np.cumsum((length * x)[:, j:], axis=1) for x in place]
             far = [np.column_stack([x, x[:, -1]]) for x in far]
-            second = sum(
-                (1, 2, 1)[i] * far[2 - i] * pushed[i][:, j:] for i in range(3)
-            ) @ weight[j:]
+            second = sum((1, 2, 1)[i] * far[2 - i] * pushed[i][:, j:] for i in range(3)) @ weight[j:]
             k, s, between = self._cut(np.asarray(second), rough)
             tau = np.abs(inverse_dynamics(chain, *self._within(k, s))[:, j]) + between
             worst = int(np.argmax(tau))
@@ -193,7 +189,7 @@ class JointMotion:
 
     @cached_property
     def ranges(self) -> tuple[Array, Array]:
-        """The least and the largest angle of every joint [rad] at any instant, (n,) each: at a node, or where q' = 0."""
+        """The least and the largest angle of every joint [rad], (n,) each: at a node, or where q' = 0."""
         (q, v), a, dt = self.at_nodes, self.held, np.diff(self.nodes)[:, None]
         s = np.clip(-v[:-1] / np.where(a == 0, 1.0, a), 0.0, dt)
         turn = q[:-1] + np.where(a == 0, 0.0, s * (v[:-1] + s / 2 * a))

@@ -10,8 +10,11 @@ g . dp with p the point of it that is nearest. What a plan keeps is not judged b
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from ..types import Array
 from .kinematics import Chain, unit
@@ -19,11 +22,11 @@ from .kinematics import Chain, unit
 
 def convex_pieces(corners: Array) -> list[Array]:
     """A polygon (k, 2) as convex ones, counterclockwise."""
-    shape = shapely.orient_polygons(shapely.Polygon(corners))
-    if shape.convex_hull.area <= shape.area * (1 + 1e-9):
-        return [np.array(shape.exterior.coords)[:-1]]
-    parts = shapely.constrained_delaunay_triangles(shape).geoms
-    return [np.array(shapely.orient_polygons(part).exterior.coords)[:-1] for part in parts]
+    shape = shapely.Polygon(corners)
+    parts: Iterable[BaseGeometry] = [shape]
+    if shape.convex_hull.area > shape.area * (1 + 1e-9):
+        parts = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
+    return [shapely.get_coordinates(shapely.orient_polygons(part))[:-1] for part in parts]
 
 
 def separations(chain: Chain, theta: Array, polygon: Array) -> tuple[Array, Array]:

@@ -190,8 +190,8 @@ def _too_close(clear: LinkClearance, workspace: Workspace) -> Excess:
 class Allowed:
     """What the joints may do, (n,) each: |q'| [rad/s], |q''| [rad/s^2], |tau| [N m].
 
-    Where the arm states nothing it is TIMES what the straight motion of the joints, a quintic from rest to rest, asks of
-    that joint which it asks most of.
+    Where the arm states nothing it is TIMES what the straight motion of the joints, a quintic from rest to rest, asks
+    of that joint which it asks most of.
     """
 
     speed: Array
@@ -202,7 +202,7 @@ class Allowed:
 def allowed(task: ArmManeuver, begin: Array, end: Array) -> Allowed:
     """For motions from one configuration to another, joint angles (n,) each.
 
-    q = q_0 + (q_1 - q_0) (10 s^3 - 15 s^4 + 6 s^5) with s = t/T has |q'| <= 15/8 |dq|/T and |q''| <= 10/sqrt(3) |dq|/T^2.
+    q = q_0 + (q_1 - q_0) (10 s^3 - 15 s^4 + 6 s^5), s = t/T, has |q'| <= 15/8 |dq|/T and |q''| <= 10/sqrt(3) |dq|/T^2.
     """
     T, turn, robot = task.duration, end - begin, PlanarRobot(task.arm.chain)
     s = np.linspace(0, 1, INSTANTS + 1)[:, None]

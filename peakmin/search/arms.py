@@ -22,8 +22,6 @@ from ..proofs.branch_and_bound import Certificate
 from ..proofs.double_integrator import PointMass
 from ..proofs.frontier import Frontier
 from ..robots.joint_space import Flood, JointWay, decisive_flood
-from ..robots.joint_motion import JointMotion
-from ..robots.joints import JointPath
 from ..scenes.arm_proof import ArmProof, PassageProof, Touching
 from ..scenes.kinds import ArmScene
 from ..scenes.passages import Edge, Line, Looks, Order, Passage, Whole
@@ -34,7 +32,7 @@ from ..spec.settings import GlobalSearch
 from ..types import Array
 from .course import Steered, steered
 from .job import Job
-from .planned import COARSE, Planner, with_proof
+from .planned import COARSE, Joints, Planner, with_proof
 from .redundant import redundant
 from .tree import Candidate, Effort, Tree, raised
 from .turns import turn_along, turn_on
@@ -72,7 +70,7 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
     search.planned = min((one.peak for one in planned if one.kept and one.kept.passed), default=math.inf)
     search.run()
     proof = search.proof()
-    every: list[Found[JointMotion] | Found[JointPath]] = [*search.motions(job)]
+    every: list[Joints] = [*search.motions(job)]
     every += [with_proof(one, proof, job, planner.steps, effort.boxes) for one in planned]
     return best_plan([plan_of(scene, settings, replace(one, proof=proof)) for one in every])
 
@@ -215,7 +213,7 @@ class ArmSearch:
         trunks = [None if tree is None else tree.root.trunk.branch() for tree in (kept, whole)]
         return PassageProof(passage.indices, trunks[0], tuple(arc.proof for arc in own), trunks[1])
 
-    def motions(self, job: Job) -> Iterator[Found[JointPath]]:
+    def motions(self, job: Job) -> Iterator[Joints]:
         """The settings' control of every motion that was met; one without motion where none was."""
         kept = self.best or self._nearest
         any_motion = False
@@ -238,7 +236,7 @@ class ArmSearch:
             none = np.zeros(len(crossing.walls))
             yield Found(crossing, none, None, math.inf, job.made(self.effort.boxes), indices=passage.indices)
 
-    def _finer(self, one: Steered, job: Job) -> Found[JointPath]:
+    def _finer(self, one: Steered, job: Job) -> Joints:
         """The settings' control of a motion that is kept out of everything node by node."""
         settings = job.settings
         circle = settings.circle.facing(Frame.from_maneuver(one.course.past).angle)

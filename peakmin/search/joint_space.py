@@ -11,7 +11,6 @@ A motion that comes out keeps nothing by promise: the plan's own checks, which h
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -103,7 +102,9 @@ class JointSearch:
         k = np.arange(N + 1)[:, None] - np.arange(N)[None]
         reached = np.where(k > 0, h * h * (k - 0.5), 0.0)
         smooth = 3e-3 * h * np.diff(np.eye(N), axis=0)
-        held = np.linalg.lstsq(np.vstack([reached, smooth]), np.vstack([way - way[0], np.zeros((N - 1, way.shape[1]))]), rcond=None)[0]
+        held = np.linalg.lstsq(
+            np.vstack([reached, smooth]), np.vstack([way - way[0], np.zeros((N - 1, way.shape[1]))]), rcond=None
+        )[0]
         return self.landed(way[0], way[-1], held)
 
     def _linear(self, begin: Array, held: Array, derivatives: bool = True) -> Linear:
@@ -115,7 +116,9 @@ class JointSearch:
             s = share * h
             at = (q[:-1] + s * (v[:-1] + s / 2 * held), v[:-1] + s * held, held)
             u.append(self.robot.acceleration(at) / unit)
-            tau.append(self.robot.torques(at) / (self.workspace.chain.total * unit**2) if limited else np.zeros_like(held))
+            tau.append(
+                self.robot.torques(at) / (self.workspace.chain.total * unit**2) if limited else np.zeros_like(held)
+            )
             if derivatives:
                 u_by.append(by_hold(self.robot.acceleration_by(at) / unit, share, h, n))
                 if limited:

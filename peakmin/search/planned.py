@@ -13,6 +13,7 @@ from ..plan.found import Found
 from ..programs.joint_step import Limits
 from ..robots.dynamics import PlanarRobot
 from ..robots.joint_motion import JointMotion
+from ..robots.joints import JointPath
 from ..scenes.arm_proof import ArmProof
 from ..scenes.kept import Excess
 from ..scenes.kinds import ArmScene, allowed
@@ -27,6 +28,9 @@ BEST = 3  # motions that are made finer
 ALIKE = 1e-3  # relative
 MENDED = 5  # rounds in which what a motion does not keep between instants is asked more of
 MORE = 1.5  # times what is missing
+
+
+Joints = Found[JointMotion | JointPath]
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,7 @@ def ways(scene: ArmScene, passage: Passage, known: Iterator[Array]) -> Iterator[
 
 
 def _goals(scene: ArmScene, begin: Array, goal: Array) -> list[Array]:
-    """The goal's joint angles, up to full turns and within limits: nearest the start, and with one joint the other way."""
+    """The goal's joint angles, within limits: those nearest the start, and with one joint the other way round."""
     links = scene.task.arm.links
     options = []
     for link, q, near in zip(links, goal.tolist(), begin.tolist(), strict=True):
@@ -116,17 +120,15 @@ class Planner:
         torque = np.array([link.max_torque or inf for link in links])
         if self.scene.task.max_moment is not None:
             torque[0] = min(torque[0], self.scene.task.max_moment)
-        ranges = np.array([link.limits or (-inf, inf) for link in links])
-        return Limits(ranges[:, 0], ranges[:, 1], may.speed, may.acceleration, torque)
+        low, high = np.transpose([link.limits or (-inf, inf) for link in links])
+        return Limits(low, high, may.speed, may.acceleration, torque)
 
     def search(self, begin: Array, end: Array, holds: int) -> JointSearch:
-        one = JointSearch(
-            self.scene.workspace, self.scene.task.duration, self.limits(begin, end), holds, self.until
-        )
+        one = JointSearch(self.scene.workspace, self.scene.task.duration, self.limits(begin, end), holds, self.until)
         one.room = 1e-4 * self.scene.size if self.scene.task.obstacles else 0.0
         return one
 
-    def run(self, known: dict[tuple[int, int], list[Array]], passages: list[Passage]) -> list[Found[JointMotion]]:
+    def run(self, known: dict[tuple[int, int], list[Array]], passages: list[Passage]) -> list[Joints]:
         """The best motions, each with what it keeps, best first; empty where none was met.
 
         known: ways of joint angles (m+1, n) at even times, by the passage's indices.
@@ -149,7 +151,7 @@ class Planner:
                 if best.missing <= 1e-6 and best.peak <= self.floor * (1 + 1e-3):
                     break
         self.steps += 0 if first is None else first.count
-        out: list[Found[JointMotion]] = []
+        out: list[Joints] = []
         for motion in _unlike(sorted(found, key=lambda one: one.order))[:BEST]:
             if out and over(self.until):
                 break
@@ -180,20 +182,25 @@ class Planner:
         for _, _, angles in bent[:TRIED]:
             yield Way(passage, angles)
 
-    def _finer(self, motion: Motion, cost: float) -> Found[JointMotion] | None:
+    def _finer(self, motion: Motion, cost: float) -> Joints | None:
         """The same with more holds, as often as what it does not keep between instants asks for."""
         begin, end = motion.begin, motion.way.angles[-1]
         search = self.search(begin, end, FINE)
         held = np.repeat(motion.held, FINE // COARSE, axis=0)
-        best: Found[JointMotion] | None = None
+        best: Joints | None = None
         scale = self.scene.size / self.scene.task.duration**2
         for _ in range(MENDED):
             held = search.improved(begin, held, cost, self.floor / scale)
             made = search.motion(begin, held)
             kept = self.scene.kept(made)
-            now = Found(
-                motion.way.passage.maneuver, np.zeros(0), made, made.peak[0], self.job.made(0),
-                indices=motion.way.passage.indices, kept=kept,
+            now: Joints = Found(
+                motion.way.passage.maneuver,
+                np.zeros(0),
+                made,
+                made.peak[0],
+                self.job.made(0),
+                indices=motion.way.passage.indices,
+                kept=kept,
             )
             if best is None or (not kept.passed, made.peak[0]) < (best.kept is None or not best.kept.passed, best.peak):
                 best = now
@@ -229,7 +236,7 @@ def _unlike(motions: list[Motion]) -> list[Motion]:
     return out
 
 
-def with_proof(found: Found[JointMotion], proof: ArmProof, job: Job, steps: int, boxes: int) -> Found[JointMotion]:
+def with_proof(found: Joints, proof: ArmProof, job: Job, steps: int, boxes: int) -> Joints:
     """What was found, with what proves that there is no better one."""
     made = job.made(boxes)
     return replace(found, proof=proof, made=replace(made, solves=made.solves + steps, compilations=2))

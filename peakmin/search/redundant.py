@@ -19,7 +19,7 @@ from ..scenes.kinds import ArmScene
 from ..scenes.passages import Looks
 from ..scenes.proof_tree import Branch
 from .job import Job
-from .planned import Planner, with_proof
+from .planned import Joints, Planner, with_proof
 
 
 def redundant(scene: ArmScene, job: Job) -> ArmPlan:
@@ -31,6 +31,7 @@ def redundant(scene: ArmScene, job: Job) -> ArmPlan:
     planner = Planner(scene, job, job.until, certified.lower * mass.unit)
     found = planner.run({}, [passage])
     if not found:
-        none = Found(passage.maneuver, np.zeros(0), None, math.inf, job.made(0), proof, indices=passage.indices)
+        times, made = np.zeros(0), job.made(0)
+        none: Joints = Found(passage.maneuver, times, None, math.inf, made, proof, indices=passage.indices)
         return plan_of(scene, job.settings, none)
     return plan_of(scene, job.settings, with_proof(found[0], proof, job, planner.steps, certified.nodes))

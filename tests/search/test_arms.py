@@ -12,11 +12,11 @@ from scipy.interpolate import CubicSpline
 import peakmin as pm
 from peakmin import cli
 from peakmin.deadline import after
+from peakmin.geometry.trajectory import HoldTrajectory
+from peakmin.plan.document import digest
 from peakmin.queries.compare import compare
 from peakmin.queries.explain import why_not
 from peakmin.queries.simulate import simulate
-from peakmin.geometry.trajectory import HoldTrajectory
-from peakmin.plan.document import digest
 from peakmin.robots.extremes import extremes
 from peakmin.robots.joint_motion import JointMotion
 from peakmin.robots.joints import JointPath, torques
@@ -661,7 +661,7 @@ def test_extremes_hold_at_every_instant_and_are_reached(seed):
     motion = JointMotion(chain, np.linspace(0, 2, 9), rng.normal(size=(8, 2)) * 3, np.diff(ends[0], prepend=0.0))
     for path in (following, motion):
         found, t = extremes(path), np.linspace(0, 2, 100_001)[:-1]
-        theta, first, second = path.rates(t)
+        _, first, second = path.rates(t)
         angles = path.angles(t)
         seen = [np.max(np.abs(np.diff(x, axis=-1, prepend=0.0)), axis=0) for x in (first, second)]
         seen.append(np.max(np.abs(torques(path, t)), axis=0))
