@@ -390,9 +390,10 @@ def test_figures_and_animation(two_link):
     assert pictures.animate(two_link, frames=3)[:6] == b"GIF89a"
 
 
-def test_the_terminal_solves_verifies_simulates(tmp_path, capsys, monkeypatch):
-    from peakmin import cli
-
+def test_the_terminal_solves_verifies_simulates(two_link, tmp_path, capsys, monkeypatch):
+    spec = example("two_link")
+    solved = {(spec.task, spec.settings): two_link}  # the same question is not solved again
+    monkeypatch.setattr(cli, "solve", lambda task, settings, *_, **__: solved[task, settings])
     monkeypatch.setattr(pictures.animate, "__defaults__", (2,))
 
     def run(*arguments):
