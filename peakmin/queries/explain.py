@@ -9,14 +9,17 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from ..deadline import after, over
 from ..plan.plan import Plan
+from ..scenes.kinds import scene_of
 from ..search.solve import solve
 from ..spec.settings import Settings
+from ..spec.spec import refuse_unfit
 from ..spec.task import Task
 from .arm_reasons import ArmReasons
 from .point_reasons import PointReasons
@@ -24,7 +27,8 @@ from .reasons import Reasons
 from .repairs import Repair, Trials
 
 FEW = 6  # entries of which all choices are tried
-TIME_LIMIT = 60.0  # s
+TIME_LIMIT = 8.0  # s, where the settings have none
+FOR_FEWEST = 1 / 3  # of the time, to look for the fewest entries
 REASONS: dict[str, type[Reasons]] = {"point": PointReasons, "arm": ArmReasons}
 
 
@@ -63,12 +67,16 @@ class Explanation:
 def explain(task: Task, settings: Settings | None = None) -> Explanation | None:
     """Why a task is proved infeasible: the fewest entries that conflict, and the smallest changes that help.
 
-    None where it is solved or nothing is proved. Every change was solved; an explanation takes many solves, up to a
-    minute or `settings.time_limit`.
+    None where it is solved or nothing is proved. Every change was solved; an explanation takes many solves, up to eight
+    seconds or `settings.time_limit`.
 
     Raises:
         SpecError: when the settings do not fit the task.
     """
+    settings = settings or Settings()
+    refuse_unfit(task, settings)
+    if scene_of(task).impossible() is not None:  # no search is needed to know that
+        return why_not(task, settings, math.inf, _until(settings))
     return explained(solve(task, settings))
 
 
@@ -80,8 +88,11 @@ def explained(plan: Plan, stopped: threading.Event | None = None) -> Explanation
     """
     if plan.status != "infeasible":
         return None
-    limit = min(TIME_LIMIT, plan.settings.time_limit or TIME_LIMIT)
-    return why_not(plan.maneuver, plan.settings, plan.lower_bound, after(limit, stopped))
+    return why_not(plan.maneuver, plan.settings, plan.lower_bound, _until(plan.settings, stopped))
+
+
+def _until(settings: Settings, stopped: threading.Event | None = None) -> float:
+    return after(settings.time_limit or TIME_LIMIT, stopped)
 
 
 def why_not(task: Task, settings: Settings, proved: float, until: float) -> Explanation | None:
@@ -95,7 +106,7 @@ def why_not(task: Task, settings: Settings, proved: float, until: float) -> Expl
     reasons = REASONS[task.kind](task, proved, trials)
     if not reasons.refuted(reasons.entries):
         return None
-    fields, because = reasons.named(fewest(reasons.entries, reasons.refuted, trials.until))
+    fields, because = reasons.named(fewest(reasons.entries, reasons.refuted, trials.part(FOR_FEWEST)))
     repairs = sorted(reasons.repairs(fields), key=lambda one: one.cost)
     return Explanation(fields, because, tuple(repairs), not trials.over)
 
