@@ -27,6 +27,7 @@ from .repairs import FINEST, Change, Repair, changed, downwards, left_out, longe
 
 LIMITS = ("region", "max_speed", "max_peak")
 ROUGH = 1e-2  # relative, as FINEST, with blocks, a region or a speed
+OPENED = 3  # changes that are tried where one just leaves a way, likewise
 COARSE, STEPS = 40, 4  # holds of a quick look; changes that are tried with the real settings, each a little larger
 NEAREST = 1e-6  # relative, as FINEST, where no solve is needed
 SHARPER = 4  # halvings with the real settings
@@ -154,7 +155,7 @@ class PointReasons(Reasons):
         margin = self.task.margin
         words = f"margin {margin:.6g} m is too wide: {{}} m would do".format
         less, at = functools.partial(_less, self.task, "margin"), functools.partial(tried, self.task)
-        change = Change("margin", lambda m: at(margin=m), words, lambda m: 1 - m / margin, -ROUGH, downwards)
+        change = Change("margin", lambda m: at(margin=m), words, lambda m: 1 - m / margin, -ROUGH / 2, downwards)
         low = self._opening(lambda x: at(margin=max(margin - x, 0.0)), 0.0, margin / 8, margin)
         yield from self._past_opening(change, less, low, margin / 8, margin, lambda x: max(margin - x, 0.0))
 
@@ -183,7 +184,7 @@ class PointReasons(Reasons):
         if low is None:
             return
         wider = low * (1 + NEAREST)  # what just touches counts as closed
-        opened = list(self.trials.repair(change, said(wider), STEPS)) if low > 0 else []
+        opened = list(self.trials.repair(change, said(wider), OPENED)) if low > 0 else []
         yield from opened
         if not opened:
             x = self._least(to, low, first, most)
