@@ -183,7 +183,11 @@ def beyond_limits(task: ArmManeuver, path: JointPath) -> list[Excess]:
     if all(link.limits is None and link.max_speed is None for link in task.arm.links):
         return []
     t = closely(path)
-    angles, rates = path.angles(t), np.diff(path.rates(t)[1], axis=-1, prepend=0.0)
+    return beyond(task, path.angles(t), np.diff(path.rates(t)[1], axis=-1, prepend=0.0))
+
+
+def beyond(task: ArmManeuver, angles: Array, rates: Array) -> list[Excess]:
+    """Joint limits and speeds that angles [rad] and speeds [rad/s] of the joints, (m, n) each, do not keep."""
     out = []
     for k, link in enumerate(task.arm.links):
         low, high = float(np.min(angles[:, k])), float(np.max(angles[:, k]))

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 import peakmin as pm
 from peakmin import cli
 from peakmin.deadline import after
-from peakmin.queries.compare import compare
+from peakmin.queries.compare import compare, table
 from peakmin.queries.explain import why_not
 from peakmin.queries.simulate import simulate
 from peakmin.robots.joints import JointPath, closely, torques
@@ -323,6 +323,21 @@ def test_what_it_saves(two_link):
     assert all(row.ratio >= 1 for row in rows.values())
     assert rows["least peak"].peak < rows["smooth C2, tuned"].peak < rows["minimum jerk"].peak
     assert rows["joint quintic"].clearance < 0
+    said = {name: row.excess for name, row in rows.items()}
+    assert said.pop("joint quintic").startswith("obstacles: a link comes 0.14")
+    assert set(said.values()) == {None}
+
+
+def test_what_does_not_keep_all_is_never_called_least():
+    """Joint 2 has to move by 2 rad in 2 s: by 0.5 rad/s no motion does."""
+    arm = pm.Arm(links=[pm.Link(**ROD), pm.Link(**ROD, max_speed=0.5)])
+    ends = {"start": pm.Pose(joints=(0.2, 0.5)), "goal": pm.Pose(joints=(1.0, 2.5))}
+    plan = pm.solve(pm.ArmManeuver(arm=arm, duration=2, **ends), pm.Settings(grid=pm.Aligned(steps=40)))
+    rows = compare(plan)
+    assert [row.name for row in rows] == ["plan", "joint quintic", "minimum jerk", "smooth C2, tuned"]
+    assert all(row.excess.startswith("arm.links[1].max_speed: the joint reaches") for row in rows)
+    assert rows[1].excess.endswith("reaches 1.88 rad/s")  # 15/8 of the mean speed
+    assert table(rows).count("arm.links[1].max_speed") == 4
 
 
 def changed(plan, change):
