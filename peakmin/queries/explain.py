@@ -15,13 +15,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from ..deadline import after, over
+from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
 from ..scenes.kinds import scene_of
 from ..search.solve import solve
 from ..spec.settings import Settings
 from ..spec.spec import refuse_unfit
 from ..spec.task import Task
-from .arm_reasons import ArmReasons
+from .arm_reasons import ArmReasons, given_limits, widened
 from .point_reasons import PointReasons
 from .reasons import Reasons
 from .repairs import Repair, Trials
@@ -36,13 +37,15 @@ REASONS: dict[str, type[Reasons]] = {"point": PointReasons, "arm": ArmReasons}
 class Explanation:
     """Entries that cannot all be kept, why, and repairs, the smallest change first.
 
-    complete: whether there was time to look for the fewest entries and for all repairs.
+    complete: whether there was time to look for the fewest entries and for all repairs;  proved: whether it
+    is proved that they conflict, or only no motion was found that keeps them.
     """
 
     conflict: tuple[str, ...]
     because: str
     repairs: tuple[Repair, ...]
     complete: bool = True
+    proved: bool = True
 
     def document(self) -> dict[str, object]:
         """As plain JSON data, each repair with its whole maneuver."""
@@ -55,20 +58,22 @@ class Explanation:
             "because": self.because,
             "repairs": repairs,
             "complete": self.complete,
+            "proved": self.proved,
         }
 
     def __str__(self) -> str:
         none = "no change of a single entry was found that helps" + ("" if self.complete else " in this time")
         said = "; or ".join(repair.text for repair in self.repairs) or none
         late = "" if self.complete else "\n(it ended before fewer entries and other changes were looked for)"
-        return f"{', '.join(self.conflict)} conflict: {self.because}\n{said}{late}"
+        verb = "conflict" if self.proved else "in the way"
+        return f"{', '.join(self.conflict)} {verb}: {self.because}\n{said}{late}"
 
 
 def explain(task: Task, settings: Settings | None = None) -> Explanation | None:
     """Why a task is proved infeasible: the fewest entries that conflict, and the smallest changes that help.
 
-    None where it is solved or nothing is proved. Every change was solved; an explanation takes many solves, up to eight
-    seconds or `settings.time_limit`.
+    None where it is solved, or nothing is proved and no joint limit or speed of an arm is in the way. Every change was
+    solved; an explanation takes many solves, up to eight seconds or `settings.time_limit`.
 
     Raises:
         SpecError: when the settings do not fit the task.
@@ -83,9 +88,13 @@ def explain(task: Task, settings: Settings | None = None) -> Explanation | None:
 def explained(plan: Plan, stopped: threading.Event | None = None) -> Explanation | None:
     """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves.
 
+    Of an arm's that is "unknown", which joint limits or speeds are in the way of the motions that were found.
+
     Args:
         stopped: to be set when it is to end with what it has.
     """
+    if plan.status == "unknown" and isinstance(plan, ArmPlan):
+        return beyond_limits(plan, _until(plan.settings, stopped))
     if plan.status != "infeasible":
         return None
     return why_not(plan.maneuver, plan.settings, plan.lower_bound, _until(plan.settings, stopped))
@@ -93,6 +102,26 @@ def explained(plan: Plan, stopped: threading.Event | None = None) -> Explanation
 
 def _until(settings: Settings, stopped: threading.Event | None = None) -> float:
     return after(settings.time_limit or TIME_LIMIT, stopped)
+
+
+def beyond_limits(plan: ArmPlan, until: float) -> Explanation | None:
+    """Joint limits and speeds in the way of the motions found, though none is proved impossible; None where none is.
+
+    One is in the way where the plan's motion does not keep it, or where the task is solved with it made wider.
+    """
+    task, trials = plan.maneuver, Trials(plan.settings, until)
+    given = given_limits(task)
+    if plan.joints is not None:
+        kept = plan.kept
+        assert kept is not None
+        given = {name: given[name] for one in kept.excesses if (name := one.field) in given}
+    found = [one for name, limit in given.items() for one in widened(task, trials, name, limit)]
+    repairs = sorted(found, key=lambda one: one.cost)
+    fields = tuple(given) if plan.joints is not None else tuple(one.field for one in found)
+    if not fields:
+        return None
+    because = "; ".join(plan.exceeded) or "no motion was found that keeps them"
+    return Explanation(fields, because, tuple(repairs), not (trials.over or trials.cut), proved=False)
 
 
 def why_not(task: Task, settings: Settings, proved: float, until: float) -> Explanation | None:
@@ -108,7 +137,7 @@ def why_not(task: Task, settings: Settings, proved: float, until: float) -> Expl
         return None
     fields, because = reasons.named(fewest(reasons.entries, reasons.refuted, trials.part(FOR_FEWEST)))
     repairs = sorted(reasons.repairs(fields), key=lambda one: one.cost)
-    return Explanation(fields, because, tuple(repairs), not trials.over)
+    return Explanation(fields, because, tuple(repairs), not (trials.over or trials.cut))
 
 
 def fewest(entries: list[str], refuted: Callable[[list[str]], bool], until: float) -> list[str]:

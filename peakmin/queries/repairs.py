@@ -11,6 +11,7 @@ from ..deadline import Deadline, after, left, over, stopped_by
 from ..errors import SpecError
 from ..plan.plan import Plan
 from ..search.solve import solve
+from ..spec.arm import ArmManeuver
 from ..spec.settings import Settings
 from ..spec.task import Task
 
@@ -168,6 +169,13 @@ def longer(task: T, more: float = 5 * FINEST) -> Change[T]:
     D = task.duration
     words = f"duration {D:.6g} s is too short: {{}} s would do".format
     return Change("duration", lambda x: tried(task, duration=x), words, lambda x: x / D - 1, more)
+
+
+def with_link(task: ArmManeuver, k: int, **fields: object) -> ArmManeuver | None:
+    """The task with other entries of one link, None where it would be refused."""
+    links = list(task.arm.links)
+    links[k] = links[k].model_copy(update=fields)
+    return tried(task, arm=task.arm.model_copy(update={"links": tuple(links)}))
 
 
 def left_out(task: T, i: int) -> Change[T]:
