@@ -223,6 +223,11 @@ def allowed(task: ArmManeuver, begin: Array, end: Array) -> Allowed:
 
 def beyond_limits(task: ArmManeuver, motion: JointMotion | JointPath, found: Extremes) -> list[Excess]:
     """What of the joints' limits, and of the bound on the base moment, a motion does not keep at some instant."""
+    return beyond(task, motion.angles(0.0), motion.angles(motion.duration), found)
+
+
+def beyond(task: ArmManeuver, begin: Array, end: Array, found: Extremes) -> list[Excess]:
+    """The same of what joints do at most from one configuration to another, joint angles (n,) each."""
     out = []
     for k, link in enumerate(task.arm.links):
         low, high = float(found.low[k]), float(found.high[k])
@@ -230,7 +235,7 @@ def beyond_limits(task: ArmManeuver, motion: JointMotion | JointPath, found: Ext
             most = max(link.limits[0] - low, high - link.limits[1])
             name = f"arm.links[{k}].limits"
             out.append(Excess(name, most, "rad", f"{name}: the joint goes from {low:.6g} to {high:.6g} rad"))
-    may = allowed(task, motion.angles(0.0), motion.angles(motion.duration))
+    may = allowed(task, begin, end)
     for name, what, unit in zip(LIMITED, ("speed", "acceleration", "torque"), UNITS, strict=True):
         reached, most = getattr(found, what), getattr(may, what)
         for k in np.flatnonzero(~(reached <= most * (1 + GRAIN) + TINY)).tolist():

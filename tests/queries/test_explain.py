@@ -16,7 +16,7 @@ from peakmin.deadline import after
 from peakmin.proofs.branch_and_bound import least_over_times
 from peakmin.queries.explain import why_not
 from peakmin.queries.point_reasons import PointReasons
-from peakmin.queries.repairs import Trials, upwards
+from peakmin.queries.repairs import Trials, downwards, upwards
 from peakmin.scenes.impossible import impossible, least_way
 from peakmin.search.solve import solve
 from peakmin.spec.spec import read_spec
@@ -188,6 +188,33 @@ def test_an_explanation_keeps_its_time():
 @pytest.mark.parametrize(("x", "up"), [(1.2643, 1.27), (8.537415, 8.54), (0.03091, 0.031), (1.0, 1.0), (99.91, 100.0)])
 def test_numbers_are_rounded_up(x, up):
     assert upwards(x) == up
+
+
+@pytest.mark.parametrize(
+    ("x", "down"), [(1.2643, 1.26), (0.12499999, 0.124), (0.125, 0.125), (0.1 + 0.2, 0.3), (99.99, 99.9), (0.0, 0.0)]
+)
+def test_numbers_are_rounded_down(x, down):
+    assert downwards(x) == down
+
+
+@pytest.mark.parametrize("gap", [0.25, 0.28])
+def test_the_widest_margin_that_leaves_a_way_comes_first(gap):
+    """Of two blocks that close the region by their margin it is nearly half the gap, and below it."""
+    pair = [
+        pm.Block(vertices=[(1.4, -1), (1.6, -1), (1.6, -0.1), (1.4, -0.1)]),
+        pm.Block(vertices=[(1.4, gap - 0.1), (1.6, gap - 0.1), (1.6, 1), (1.4, 1)]),
+    ]
+    region = [(-0.5, -1), (3.5, -1), (3.5, 1), (-0.5, 1)]
+    asked = maneuver(goal=pm.State(position=(3, 0)), duration=4, obstacles=pair, region=region, margin=0.16)
+    began = time.perf_counter()
+    why = pm.explain(asked, COARSE)
+    assert time.perf_counter() - began < 10
+    assert set(why.conflict) == {"obstacles[0]", "obstacles[1]", "region", "margin"}
+    first = why.repairs[0]
+    assert first.text == f"margin 0.16 m is too wide: {first.maneuver.margin:g} m would do"
+    assert 0.96 * gap / 2 < first.maneuver.margin < gap / 2
+    assert pm.solve(first.maneuver, COARSE.model_copy(update={"time_limit": 4})).status == "solved"
+    assert "obstacles[0]" in {one.field for one in why.repairs}
 
 
 def test_the_terminal_says_why(tmp_path, capsys):

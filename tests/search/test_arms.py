@@ -14,8 +14,10 @@ from peakmin import cli
 from peakmin.deadline import after
 from peakmin.geometry.trajectory import HoldTrajectory
 from peakmin.plan.document import digest
-from peakmin.queries.compare import compare
+from peakmin.queries.arm_reasons import widened
+from peakmin.queries.compare import compare, table
 from peakmin.queries.explain import why_not
+from peakmin.queries.repairs import Trials, with_link
 from peakmin.queries.simulate import simulate
 from peakmin.robots.extremes import extremes
 from peakmin.robots.joint_motion import JointMotion
@@ -328,6 +330,54 @@ def test_what_it_saves(two_link):
     assert all(row.ratio >= 1 for row in rows.values())
     assert rows["least peak"].peak < rows["smooth C2, tuned"].peak < rows["minimum jerk"].peak
     assert rows["joint quintic"].clearance < 0
+    said = {name: row.excess for name, row in rows.items()}
+    assert said.pop("joint quintic").startswith("obstacles: a link comes 0.14")
+    assert set(said.values()) == {None}
+
+
+def test_what_does_not_keep_all_is_never_called_least():
+    """Joint 2 has to move by 2 rad in 2 s: by 0.5 rad/s no motion does."""
+    arm = pm.Arm(links=[pm.Link(**ROD), pm.Link(**ROD, max_speed=0.5)])
+    ends = {"start": pm.Pose(joints=(0.2, 0.5)), "goal": pm.Pose(joints=(1.0, 2.5))}
+    plan = pm.solve(pm.ArmManeuver(arm=arm, duration=2, **ends), pm.Settings(grid=pm.Aligned(steps=40)))
+    rows = compare(plan)
+    assert [row.name for row in rows] == ["plan", "joint quintic", "minimum jerk", "smooth C2, tuned"]
+    assert all(row.excess.startswith("arm.links[1].max_speed: the joint reaches") for row in rows)
+    assert rows[1].excess.endswith("reaches 1.88 rad/s")  # 15/8 of the mean speed
+    assert table(rows).count("arm.links[1].max_speed") == 4
+
+
+def test_a_joint_speed_in_the_way_is_named_with_one_that_would_do():
+    """Joint 2 has to move by 2 rad in 2 s: by 0.5 rad/s no motion does."""
+    arm = pm.Arm(links=[pm.Link(**ROD, max_speed=9), pm.Link(**ROD, max_speed=0.5)])
+    ends = {"start": pm.Pose(joints=(0.2, 0.5)), "goal": pm.Pose(joints=(1.0, 2.5))}
+    settings = pm.Settings(grid=pm.Aligned(steps=40))
+    task = pm.ArmManeuver(arm=arm, duration=2, **ends)
+    why = pm.explain(task, settings)
+    assert why.conflict == ("arm.links[1].max_speed",)
+    assert not why.proved
+    (wider,) = why.repairs
+    enough = wider.maneuver.arm.links[1].max_speed
+    assert enough > 1  # its mean
+    assert f"arm.links[1].max_speed 0.5 rad/s is too slow: {enough:g} rad/s would do" in str(why)
+    assert "in the way: arm.links[1].max_speed: the joint reaches" in str(why)
+    plan = pm.solve(wider.maneuver, settings)
+    assert (plan.status, plan.peak) == ("solved", wider.peak)
+    assert pm.explain(wider.maneuver, settings) is None
+
+
+def test_joint_limits_are_widened_to_what_a_motion_takes():
+    arm = pm.Arm(links=[pm.Link(**ROD), pm.Link(**ROD, limits=(0.45, 2.0))])
+    ends = {"start": pm.Pose(joints=(0.0, 0.5)), "goal": pm.Pose(joints=(2.5, 0.5))}
+    task, settings = pm.ArmManeuver(arm=arm, duration=2, **ends), pm.Settings(grid=pm.Aligned(steps=40))
+    free = pm.solve(with_link(task, 1, limits=None), settings)
+    highest = float(np.max(free.joints.angles(closely(free.joints))[:, 1]))
+    assert highest > 2
+    (wider,) = widened(task, Trials(settings, after(60)), "arm.links[1].limits", (1, "limits"))
+    low, high = wider.maneuver.arm.links[1].limits
+    assert low == 0.45
+    assert highest <= high < highest + 0.01
+    assert wider.text == f"arm.links[1].limits [0.45, 2] rad are too narrow: [0.45, {high:g}] rad would do"
 
 
 def changed(plan, change):
