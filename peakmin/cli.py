@@ -1,4 +1,4 @@
-"""The terminal: `peakmin paper | solve | explain | sweep | budget | study | compare | simulate | verify | schema`.
+"""The terminal: `peakmin solve | explain | sweep | budget | study | compare | simulate | verify | export | ...`.
 
 Results go to stdout, progress and errors to stderr.
 
@@ -14,7 +14,7 @@ import sys
 import threading
 from functools import partial
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, Literal, NoReturn
 
 import numpy as np
 import typer
@@ -26,6 +26,7 @@ from .errors import PeakminError, SpecError
 from .plan.arm_plan import ArmPlan
 from .plan.document import Status, digest
 from .plan.document import schema as plan_schema
+from .plan.export import FORMATS
 from .plan.plan import Plan
 from .plan.verify import verify
 from .queries.budget import error_budget
@@ -222,6 +223,30 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
         with np.errstate(all="ignore"):
             answer(words.facts(stated))
     raise typer.Exit(0 if found.passed else EXIT["unknown"])
+
+
+@app.command("export")
+@only_answers()
+def export_command(
+    plan: PlanFile,
+    form: Annotated[Literal["csv", "joint_trajectory"], typer.Option("--format", help="Of what is written.")] = "csv",
+    rate: Annotated[float | None, typer.Option(help="Rows a second; default a row for each node.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write it there, not to stdout.")] = None,
+) -> None:
+    """A plan's motion for a controller, once the file is verified: CSV, or ROS's JointTrajectory as JSON."""
+    files.ready_for(out)
+    with named(plan):
+        text = read_file(plan)
+        of_kind(load(text), "plan")
+        found = verify(text)
+    if not found.passed:
+        raise PeakminError(f"{plan}: was not as it states (`peakmin verify` tells more), must be for `export`")
+    made = FORMATS[form](found.plan, rate)
+    if out is None:
+        answer(made, end="")
+    else:
+        files.write(out, made)
+        _say_where(False, out)
 
 
 @app.command("paper")
