@@ -121,6 +121,37 @@ class ArmPlan(Plan):
         """Joint angles [rad] at t [s], shape (...) -> (..., n)."""
         return self._path().angles(t)
 
+    def joint_positions(self, t: ArrayLike, *, clamp: bool = False) -> Array:
+        """Joint angles q(t) [rad], each link against the one before, shape (...) -> (..., n).
+
+        Args:
+            t: instants [s], from 0 to the duration.
+            clamp: take instants outside as the nearer end.
+
+        Raises:
+            ValueError: for an instant outside, or where the plan has no motion.
+        """
+        return self._path().angles(self._within(t, clamp))
+
+    def joint_velocities(self, t: ArrayLike, *, clamp: bool = False) -> Array:
+        """Joint speeds q'(t) [rad/s], shape (...) -> (..., n); arguments and errors as of `joint_positions`."""
+        return np.diff(self._path().rates(self._within(t, clamp))[1], axis=-1, prepend=0.0)
+
+    def joint_accelerations(self, t: ArrayLike, *, clamp: bool = False) -> Array:
+        """Joint accelerations q''(t) [rad/s^2], shape (...) -> (..., n), at a switch of the control those after it;
+        arguments and errors as of `joint_positions`.
+        """
+        return np.diff(self._path().rates(self._within(t, clamp))[2], axis=-1, prepend=0.0)
+
+    def _within(self, t: ArrayLike, clamp: bool) -> Array:
+        """The instants as an array [s]. Raises `ValueError` where one is outside of the motion."""
+        end, t = self._path().duration, np.asarray(t, dtype=float)
+        t = np.clip(t, 0, end) if clamp else t
+        outside = t[~((t >= 0) & (t <= end))]
+        if outside.size:
+            raise ValueError(f"t: was {float(outside[0])!r} s, must be from 0 to {end!r} s (clamp=True takes the ends)")
+        return t
+
     def tip(self, t: ArrayLike) -> Array:
         """Position of the tip [m] at t [s], shape (...) -> (..., 2)."""
         path = self._path()
@@ -270,9 +301,13 @@ class ArmPlan(Plan):
         """The plan that `to_json` wrote, as `Plan.from_json`."""
         return read_as(ArmDocument, cls.stated_by, text)
 
-    def to_csv(self) -> str:
-        """Text: rows t, joint angles, speeds, torques, centre of mass, base force and moment at the nodes [SI]."""
-        t, n = self.times, len(self.maneuver.arm.links)
+    def to_csv(self, rate: float | None = None) -> str:
+        """Text: rows t, joint angles, speeds, torques, centre of mass, base force and moment [SI].
+
+        Args:
+            rate: as of `instants`, which the rows are at.
+        """
+        t, n = self.instants(rate), len(self.maneuver.arm.links)
         rates = np.diff(self._path().rates(t)[1], axis=-1, prepend=0.0)
         columns = [t, self.angles(t), rates, self.torques(t), self.position(t), self.base_force(t), self.base_moment(t)]
         names = [f"{name}{k + 1}" for name in ("q", "dq", "tau") for k in range(n)]

@@ -6,12 +6,10 @@ import math
 
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
-from ..spec.arm import ArmManeuver
 from ..spec.control_set import Disc
 from ..spec.obstacles import Block
 from ..spec.settings import Exact
 
-TURNS = 2  # further round than that, an angle may have been meant in degrees
 KEPT = 1e-6  # of the reach that a path leaves [m], or more, is spoken
 
 
@@ -93,7 +91,7 @@ def arm_facts(plan: ArmPlan) -> list[str]:
     if math.isfinite(plan.clearance):
         near = _near(plan, ": ", "a link is inside")
         lines.append(line("clearance", f"{plan.clearance:.6g} m of every link at every instant{near}"))
-    return [*lines, *_joint_peaks(plan), *_arm_fails(plan), *_far_round(plan.maneuver)]
+    return [*lines, *_joint_peaks(plan), *_arm_fails(plan)]
 
 
 def _joint_peaks(plan: ArmPlan) -> list[str]:
@@ -128,15 +126,6 @@ def _arm_fails(plan: ArmPlan) -> list[str]:
     elif plan.joints is None:
         lines.append("  no free motion was found; the bound holds all the same")
     return lines
-
-
-def _far_round(task: ArmManeuver) -> list[str]:
-    """Joint angles that look like degrees, a line each."""
-    poses = (("start", task.start), ("goal", task.goal))
-    angles = [(f"{name}.joints[{i}]", q) for name, pose in poses for i, q in enumerate(pose.joints or ())]
-    angles += [(f"arm.links[{i}].limits", q) for i, link in enumerate(task.arm.links) for q in link.limits or ()]
-    far = [(field, q) for field, q in angles if abs(q) > TURNS * math.tau]
-    return [line("radians", f"{field} is {q:g} rad, {abs(q) / math.tau:.3g} turns") for field, q in far]
 
 
 def arm_tries(plan: ArmPlan) -> list[str]:
