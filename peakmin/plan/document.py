@@ -1,7 +1,8 @@
 """A plan as a JSON document: what its file states. `peakmin.verify` finds out whether that is true.
 
 Version 2. Files of version 1 are read as what they would be in version 2: they do not name the kind of a centre of
-mass's plan, list walls past blocks only, and state the proof past blocks as a list of branches in place of a tree.
+mass's plan, list walls past blocks only, state the proof past blocks as a list of branches in place of a tree, and call
+"solved" all that keeps what was asked.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from ..scenes.proof_tree import Branch
 from ..spec.maneuver import Maneuver
 from ..spec.model import LARGEST, Model, Switch
 from ..spec.obstacles import Wall
+from ..spec.settings import GlobalSearch
 from ..spec.reading import load, short
 from ..spec.spec import ArmSpec, Spec
 from ..types import Array, Json
@@ -41,7 +43,7 @@ Size = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]  # from zero up
 Share = Annotated[float, Field(strict=True, ge=0, le=1)]  # of the duration
 Whole0 = Annotated[int, Field(strict=True, ge=0)]
 Rows = list[list[Real]]
-Status = Literal["solved", "infeasible", "unknown"]
+Status = Literal["solved", "feasible", "infeasible", "unknown"]
 
 
 class LeafDocument(Model):
@@ -374,7 +376,7 @@ def stated(text: str | bytes) -> tuple[Json, Json]:
 
 def _upgraded(data: Json) -> Json:
     """A document of version 1 as one of version 2, as far as it is one at all."""
-    new = {"kind": "point", "costate": None, **data, "version": VERSION}
+    new = {"kind": "point", "costate": None, **data, "version": VERSION, **_graded(data)}
     proof = data.get("proof")
     if new["kind"] == "arm":
         new["proof"] = {"kind": "arm", "passages": proof, "cells": new.pop("flooded", 0)}
@@ -384,6 +386,21 @@ def _upgraded(data: Json) -> Json:
     if not blocks:
         maneuver = Spec(**data["spec"]).maneuver if isinstance(data.get("spec"), dict) else None
         new["walls"] = [] if maneuver is None else [plain(wall) for wall in maneuver.walls]
+    return new
+
+
+def _graded(data: Json) -> Json:
+    """Status and spec of a document of version 1: its searches accepted any gap (now the default's), without a limit."""
+    spec, accept = data.get("spec"), GlobalSearch().accept
+    settings = spec.get("settings") if isinstance(spec, dict) else None
+    search = settings.get("search") if isinstance(settings, dict) else None
+    if not (isinstance(spec, dict) and isinstance(settings, dict) and isinstance(search, dict)):
+        return {}
+    asked = {"time_limit": None, **settings, "search": {"accept": accept, **search}}
+    new: Json = {"spec": {**spec, "settings": asked}}
+    gap = data.get("gap")
+    if data.get("status") == "solved" and isinstance(gap, float) and gap > accept:
+        new["status"] = "feasible"
     return new
 
 

@@ -72,7 +72,7 @@ class ArmReasons(Reasons):
         """More peak, or more time: between poses at rest, D' = D sqrt(M / max_peak) makes the peak M to max_peak."""
         limit = self.task.limit
         free = self.trials.solve(changed(self.task, max_peak=None))
-        if free.status == "solved":
+        if free.keeps:
             yield from self.trials.repair(raised(self.task, limit), free.peak)
             yield from self.trials.repair(longer(self.task), SLOWER * self.task.duration * math.sqrt(free.peak / limit))
 

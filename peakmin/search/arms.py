@@ -67,7 +67,7 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
     search.run()
     proof = search.proof()
     every = [plan_of(scene, settings, replace(one, proof=proof)) for one in search.motions(job)]
-    return min(every, key=lambda plan: (plan.status != "solved", plan.peak))
+    return min(every, key=lambda plan: (not plan.keeps, plan.peak))
 
 
 @dataclass
