@@ -2,7 +2,7 @@
 
 Results go to stdout, progress and errors to stderr.
 
-Exit status: 0 solved, 1 `paper` differs from the paper, 2 bad input, 3 proved infeasible, 4 nothing proved,
+Exit status: 0 solved or feasible, 1 `paper` differs from the paper, 2 bad input, 3 proved infeasible, 4 nothing proved,
 130 stopped by Ctrl-C; `solve`, `sweep` and `explain` then give what they have, at a second one nothing.
 """
 
@@ -44,7 +44,7 @@ from .spec.study import StudySpec
 from .view import curves, output, words
 from .view.streams import answer, aside, only_answers
 
-EXIT = {"solved": 0, "infeasible": 3, "unknown": 4}
+EXIT = {"solved": 0, "feasible": 0, "infeasible": 3, "unknown": 4}
 BAD_INPUT, DIFFERS, STOPPED = 2, 1, 130
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__)

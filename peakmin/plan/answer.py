@@ -1,4 +1,4 @@
-"""What a search found becomes a plan: solved only if it passes its own checks."""
+"""What a search found becomes a plan, solved or feasible only if it passes its own checks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..spec.settings import Settings
 from .arm_plan import ArmPlan
 from .document import Status
 from .found import Found
-from .plan import Plan
+from .plan import Plan, gap_between
 
 PLANS: dict[str, Callable[..., Plan]] = {"point": Plan.of, "arm": ArmPlan.of}  # by the kind of task
 
@@ -30,7 +30,7 @@ def plan_of(scene: PointScene, settings: Settings, found: Found[Trajectory]) -> 
 @overload
 def plan_of(scene: ArmScene, settings: Settings, found: Found[JointMotion | JointPath]) -> ArmPlan: ...
 def plan_of(scene: Setting[Any, Any], settings: Settings, found: Found[Any]) -> Plan:
-    """The plan of what was found: "solved" only if it passes its own checks."""
+    """The plan of what was found: "solved" or "feasible" only if it passes its own checks."""
     mass = PointMass.of(found.crossing)
     if found.multipliers is None:
         found = replace(found, multipliers=np.zeros((2 + mass.walls, mass.dimension)))
@@ -43,8 +43,9 @@ def plan_of(scene: Setting[Any, Any], settings: Settings, found: Found[Any]) -> 
     assert found.proof is not None
     bound = scene.bound(found.proof, found.times)
     closed = math.isinf(bound) or scene.impossible() is not None
-    kept = found.kept is not None and found.kept.passed
-    status = status_of(kept and found.peak <= scene.task.limit, bound > scene.task.limit, found.proof.scope, closed)
+    limit, gap = scene.task.limit, gap_between(found.peak, bound)
+    kept = found.kept is not None and found.kept.passed and found.peak <= limit
+    status = status_of(kept, gap <= settings.search.accept, bound > limit, found.proof.scope, closed)
     plan = PLANS[scene.task.kind](scene, settings, status, bound, found)
     if found.kept is not None:
         vars(plan)["kept"] = found.kept  # proved a moment ago
@@ -58,17 +59,20 @@ def proof_at(mass: PointMass, found: Found[Trajectory]) -> Proof:
     return Proof("these" if mass.walls else "all", (Leaf(place, place, found.multipliers, place),))
 
 
-def status_of(kept: bool, refuted: bool, scope: str, closed: bool) -> Status:
+def status_of(kept: bool, near: bool, refuted: bool, scope: str, closed: bool) -> Status:
     """The status of a plan.
 
     Args:
         kept: whether there is a motion that keeps all that was asked, `max_peak` too.
+        near: whether its gap is at most what `search.accept` takes.
         refuted: whether the bound is above `max_peak`;  scope: what it covers.
         closed: whether it is proved that there is no motion.
     """
     if closed or (refuted and scope == "all"):
         return "infeasible"
-    return "solved" if kept else "unknown"
+    if not kept:
+        return "unknown"
+    return "solved" if near else "feasible"
 
 
 def _follows(scene: Setting[Any, Any], found: Found[Any]) -> bool:

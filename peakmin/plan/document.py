@@ -1,8 +1,8 @@
 """A plan as a JSON document: what its file states. `peakmin.verify` finds out whether that is true.
 
-Version 3. Older files are read as what they would be in it. Those of version 2 say nothing of what an arm's joints do
-at most. Those of version 1 do not name the kind of a centre of mass's plan either, list walls past blocks only, and
-state the proof past blocks as a list of branches in place of a tree.
+Version 3. Older files are read as what they would be in it: they call "solved" all that keeps what was asked. Those of
+version 2 say nothing of what an arm's joints do at most. Those of version 1 do not name the kind of a centre of mass's
+plan either, list walls past blocks only, and state the proof past blocks as a list of branches in place of a tree.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from ..spec.maneuver import Maneuver
 from ..spec.model import LARGEST, Model, Switch
 from ..spec.obstacles import Wall
 from ..spec.reading import load, short
+from ..spec.settings import GlobalSearch
 from ..spec.spec import ArmSpec, Spec
 from ..types import Array, Json
 
@@ -44,7 +45,7 @@ Size = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]  # from zero up
 Share = Annotated[float, Field(strict=True, ge=0, le=1)]  # of the duration
 Whole0 = Annotated[int, Field(strict=True, ge=0)]
 Rows = list[list[Real]]
-Status = Literal["solved", "infeasible", "unknown"]
+Status = Literal["solved", "feasible", "infeasible", "unknown"]
 
 
 class LeafDocument(Model):
@@ -399,7 +400,7 @@ def stated(text: str | bytes) -> tuple[Json, Json]:
 
 def _upgraded(data: Json) -> Json:
     """A document of an older version as one of the present, as far as it is one at all."""
-    new = {"kind": "point", "costate": None, **data, "version": VERSION}
+    new = {"kind": "point", "costate": None, **data, "version": VERSION, **_graded(data)}
     if new["kind"] == "arm":
         new |= dict.fromkeys(SINCE_3)
     if data["version"] == 2:
@@ -413,6 +414,21 @@ def _upgraded(data: Json) -> Json:
     if not blocks:
         maneuver = Spec(**data["spec"]).maneuver if isinstance(data.get("spec"), dict) else None
         new["walls"] = [] if maneuver is None else [plain(wall) for wall in maneuver.walls]
+    return new
+
+
+def _graded(data: Json) -> Json:
+    """Status and spec of an older document: its searches accepted any gap (now the default's), without a limit."""
+    spec, accept = data.get("spec"), GlobalSearch().accept
+    settings = spec.get("settings") if isinstance(spec, dict) else None
+    search = settings.get("search") if isinstance(settings, dict) else None
+    if not (isinstance(spec, dict) and isinstance(settings, dict) and isinstance(search, dict)):
+        return {}
+    asked = {"time_limit": None, **settings, "search": {"accept": accept, **search}}
+    new: Json = {"spec": {**spec, "settings": asked}}
+    gap = data.get("gap")
+    if data.get("status") == "solved" and isinstance(gap, float) and gap > accept:
+        new["status"] = "feasible"
     return new
 
 

@@ -44,18 +44,27 @@ from .document import (
 )
 from .found import Found, Made
 
+KEEPS: tuple[Status, ...] = ("solved", "feasible")
 MOST_ROWS = 1_000_000  # of a table at a rate
 ROUNDED = 1e-12  # of the duration: rows closer to its end are the end
 NEARLY = 1e-7  # relative: how far the multipliers' own bound may be below the best at the plan's times
+
+
+def gap_between(peak: float, bound: float) -> float:
+    """(peak - bound) / peak; 1 where the peak is infinite, or below the bound."""
+    if not math.isfinite(peak) or peak < bound * (1 - 1e-9):
+        return 1.0
+    return (peak - bound) / peak if peak else 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan:
     """The answer to a task; `ArmPlan` is an arm's.
 
-    status: "solved" (a checked control within `max_peak` whose path is free), "infeasible" (proved: every control
-        exceeds `max_peak`) or "unknown" (neither proved: no control was found, or the one found exceeds `max_peak`
-        or does not keep what was asked).
+    status: "solved" (a checked control within `max_peak` whose path is free, `gap` at most what `search.accept` takes),
+        "feasible" (such a control, with a larger gap), "infeasible" (proved: every control exceeds `max_peak`) or
+        "unknown" (neither proved: no control was found, or the one found exceeds `max_peak` or does not keep what was
+        asked).
     trajectory: the motion of the centre of mass, None where there is none.
     crossing: the centre of mass's maneuver past the q walls that it takes: what the obstacle times belong to.
     obstacle_times: [s], shape (q,).
@@ -123,9 +132,12 @@ class Plan:
     @property
     def gap(self) -> float:
         """(peak - lower_bound) / peak; 1 where the path is none that the bound speaks of."""
-        if not math.isfinite(self.peak) or self.peak < self.lower_bound * (1 - 1e-9):
-            return 1.0
-        return (self.peak - self.lower_bound) / self.peak if self.peak else 0.0
+        return gap_between(self.peak, self.lower_bound)
+
+    @property
+    def keeps(self) -> bool:
+        """Whether the motion keeps all that was asked, however large the gap: "solved" or "feasible"."""
+        return self.status in KEEPS
 
     @property
     def peak_force(self) -> float:

@@ -19,7 +19,7 @@ from ..types import Json
 from .answer import status_of
 from .arm_plan import ArmPlan
 from .document import SINCE_3, VERSION, ArmDocument, PointDocument, digest, made_of, stated
-from .plan import Plan
+from .plan import KEEPS, Plan
 
 SAME = 1e-9  # relative difference up to which a number counts as the one stated
 
@@ -62,17 +62,20 @@ def verify(text: str | bytes) -> Verification:
         if older:  # it was not asked then that joints be within what no spec states
             kept = replace(kept, excesses=tuple(one for one in kept.excesses if one.stated))
         found += moved(plan, motion) + _kept(plan, kept)
-    elif data["peak"] is not None or plan.status == "solved":
+    elif data["peak"] is not None or plan.keeps:
         found.append("status: there is no motion, so no peak and no solution")
     bound = scene.bound(plan.proof, plan.obstacle_times)
     closed = math.isinf(bound) or scene.impossible() is not None
     found += bounded(plan, bound, closed)
     if isinstance(plan.proof, Proof) and plan.scope == "these" and any(x.low != x.high for x in plan.proof.leaves):
         found.append("scope: the proof has boxes, but claims these times only")
-    limit = plan.maneuver.limit
-    known = status_of(kept is not None and kept.passed and plan.peak <= limit, bound > limit, plan.scope, closed)
+    limit, accept = plan.maneuver.limit, plan.settings.search.accept
+    all_kept = kept is not None and kept.passed and plan.peak <= limit
+    known = status_of(all_kept, plan.gap <= accept, bound > limit, plan.scope, closed)
     if plan.status == "unknown" != known:  # the others are looked at where their reasons are
         found.append(f"status: unknown, but it is {known}")
+    elif plan.keeps and known in KEEPS and plan.status != known:
+        found.append(f"status: {plan.status}, but with a gap of {plan.gap:.6g} and accept at {accept:g} it is {known}")
     found += plan.misstated()
     found += _anew(plan, new, older)
     return Verification(plan, math.inf if motion is None else motion.peak(), bound, tuple(found))
@@ -86,14 +89,14 @@ def plan_stated(data: Json) -> Plan | ArmPlan:
 
 
 def _kept(plan: Plan, kept: Kept) -> list[str]:
-    """Whether the clearance, computed anew, is as stated, and what a solved plan does not keep."""
+    """Whether the clearance, computed anew, is as stated, and what a plan that says it keeps all does not keep."""
     found = []
     room = SAME * max(abs(kept.clearance), plan.size)
     same = kept.clearance == plan.clearance or abs(kept.clearance - plan.clearance) <= room < math.inf
     if not same:
         found.append(f"clearance: was stated as {plan.clearance!r}, the path has {kept.clearance!r} m")
-    if plan.status == "solved":
-        found += [f"status: solved, but not all is kept ({one.words})" for one in kept.excesses]
+    if plan.keeps:
+        found += [f"status: {plan.status}, but not all is kept ({one.words})" for one in kept.excesses]
     if not plan.joined:
         found.append("joints: do not lead from the start's configuration to the goal's")
     return found
@@ -155,7 +158,7 @@ def moved(plan: Plan, motion: Trajectory) -> list[str]:
         found.append(f"peak: was stated as {plan.peak!r}, the control has {motion.peak()!r} m/s²")
     if not _tested(plan.settings) and plan.peak > _most(plan.settings.circle) * motion.peak() * (1 + SAME):
         found.append(f"peak: was stated as {plan.peak!r}, the control has no more than {motion.peak()!r} m/s²")
-    if plan.status == "solved" and not plan.peak >= plan.lower_bound * (1 - SAME):
+    if plan.keeps and not plan.peak >= plan.lower_bound * (1 - SAME):
         found.append(f"peak: was stated as {plan.peak!r}, below the bound {plan.lower_bound!r} m/s²")
     return found
 
@@ -179,8 +182,8 @@ def bounded(plan: Plan, bound: float, closed: bool) -> list[str]:
     found, limit = [], plan.maneuver.limit
     if bound != plan.lower_bound and not abs(bound - plan.lower_bound) <= SAME * bound:
         found.append(f"lower_bound: was stated as {plan.lower_bound!r}, the proof gives {bound!r} m/s²")
-    if plan.status == "solved" and plan.peak > limit:
-        found.append(f"status: solved, but the peak {plan.peak!r} is above max_peak {limit!r}")
+    if plan.keeps and plan.peak > limit:
+        found.append(f"status: {plan.status}, but the peak {plan.peak!r} is above max_peak {limit!r}")
     if plan.status == "infeasible" and not closed and not (plan.scope == "all" and bound > limit):
         found.append("status: infeasible is not proved")
     return found

@@ -34,14 +34,14 @@ class Peaks:
     """Answers to m queries past q walls.
 
     peak, lower_bound: [m/s^2], (m,), infinite and a bound where no control was found that keeps all that was asked;
-    solved: (m,);  obstacle_times: [s], (m, q), ending in NaN where past blocks fewer walls are put up than in another
-    query;  queries: their maneuvers;  crossings: the same past the walls that the times belong to;  multipliers: that
-    prove each, (2+q, d), scaled.
+    keeps: whether one was found, (m,);  obstacle_times: [s], (m, q), ending in NaN where past blocks fewer walls are
+    put up than in another query;  queries: their maneuvers;  crossings: the same past the walls that the times belong to;
+    multipliers: that prove each, (2+q, d), scaled.
     """
 
     peak: Array
     lower_bound: Array
-    solved: Array
+    keeps: Array
     obstacle_times: Array
     queries: tuple[Maneuver, ...]
     crossings: tuple[Maneuver, ...]
@@ -63,7 +63,7 @@ class Peaks:
         return np.where(self.peak > 0, 1 - self.lower_bound / np.where(self.peak > 0, self.peak, 1.0), 0.0)
 
     def __repr__(self) -> str:
-        return f"Peaks({np.count_nonzero(self.solved)} of {len(self.peak)} solved, peak={self.peak})"
+        return f"Peaks({np.count_nonzero(self.keeps)} of {len(self.peak)} found, peak={self.peak})"
 
 
 class _Answer(NamedTuple):
@@ -71,7 +71,7 @@ class _Answer(NamedTuple):
 
     peak: float
     lower_bound: float
-    solved: bool
+    keeps: bool
     obstacle_times: Array
     crossing: Maneuver
     multipliers: Array
@@ -157,7 +157,7 @@ class PeakOracle:
         """
         if obstacle_times is None:
             found = self.plan(start, goal, duration, walls)
-            return found.peak if found.status == "solved" else np.inf
+            return found.peak if found.keeps else np.inf
         maneuver = self.query(start, goal, duration, walls)
         return self._at(maneuver, np.asarray(obstacle_times, dtype=float)).peak
 
@@ -194,7 +194,7 @@ class PeakOracle:
         return Peaks(
             np.array([one.peak for one in answers]),
             np.array([one.lower_bound for one in answers]),
-            np.array([one.solved for one in answers], dtype=bool),
+            np.array([one.keeps for one in answers], dtype=bool),
             placed,
             tuple(queries),
             tuple(one.crossing for one in answers),
@@ -213,9 +213,8 @@ class PeakOracle:
         """At the best obstacle times."""
         with self._own.programs as programs:
             plan = solve(maneuver, self.settings, programs=programs)
-        solved = plan.status == "solved"
-        peak = plan.peak if solved else math.inf
-        return _Answer(peak, plan.lower_bound, solved, plan.obstacle_times, plan.crossing, plan.multipliers)
+        peak = plan.peak if plan.keeps else math.inf
+        return _Answer(peak, plan.lower_bound, plan.keeps, plan.obstacle_times, plan.crossing, plan.multipliers)
 
     def _at(self, maneuver: Maneuver, times: Array) -> _Answer:
         """At the obstacle times [s], (q,), as the grid places them."""
@@ -225,8 +224,8 @@ class PeakOracle:
             placed, bracket, unit = least.place(times) * least.mass.time, least(times), least.mass.unit
         none = np.zeros((2 + len(placed), len(maneuver.start.position)))
         multipliers = none if bracket.multipliers is None else bracket.multipliers
-        solved = math.isfinite(bracket.upper)
-        return _Answer(bracket.upper * unit, bracket.lower * unit, solved, placed, maneuver, multipliers)
+        found = math.isfinite(bracket.upper)
+        return _Answer(bracket.upper * unit, bracket.lower * unit, found, placed, maneuver, multipliers)
 
     def _all_at(self, queries: list[Maneuver], times: list[Array]) -> list[_Answer]:
         """As `_at`, with all that is not difficult done at once by the exact method."""

@@ -230,7 +230,7 @@ class PointReasons(Reasons):
                 break
             below /= 2
             maneuver = change(high - below)
-            if maneuver is not None and self.trials.solve(maneuver).status == "solved":
+            if maneuver is not None and self.trials.solve(maneuver).keeps:
                 high -= below
         return high
 
@@ -242,7 +242,7 @@ class PointReasons(Reasons):
         if maneuver.simple or maneuver.blocks:
             exact = maneuver.simple and isinstance(self.trials.settings.circle, Disc)
             quick = self.trials.settings.model_copy(update={"method": Exact()} if exact else {"grid": grid})
-            return self.trials.solve(maneuver, quick).status == "solved"
+            return self.trials.solve(maneuver, quick).keeps
         until, scene = self.trials.until, scene_of(maneuver)
         job = replace(Job.begun(self.trials.settings, None, None), until=until)
         times = least_over_times(scene.mass, 1e-3, until=until).times

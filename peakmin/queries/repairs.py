@@ -9,7 +9,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 from ..deadline import Deadline, after, left, over, stopped_by
 from ..errors import SpecError
-from ..plan.plan import Plan
+from ..plan.plan import KEEPS, Plan
 from ..search.solve import solve
 from ..spec.arm import ArmManeuver
 from ..spec.settings import Settings
@@ -76,6 +76,11 @@ class Tried(NamedTuple):
     peak: float
     bound: float
 
+    @property
+    def keeps(self) -> bool:
+        """Whether a motion that keeps all of it was found."""
+        return self.status in KEEPS
+
 
 class Trials:
     """Solves of changed tasks, until the time is over; none takes more than a share of what is left.
@@ -126,7 +131,7 @@ class Trials:
             task = change.to(x)
             if task is not None:
                 tried_out = self.solve(task)
-                if tried_out.status == "solved":
+                if tried_out.keeps:
                     yield Repair(change.field, change.text(f"{x:.6g}"), task, tried_out.peak, change.cost(x))
                     return
             x *= 1 + change.more

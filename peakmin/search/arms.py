@@ -77,7 +77,7 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
 
 def best_plan(every: list[ArmPlan]) -> ArmPlan:
     """The one that keeps all that was asked, then that of least peak."""
-    return min(every, key=lambda plan: (plan.kept is None or not plan.kept.passed, plan.peak))
+    return min(every, key=lambda plan: (not plan.keeps, plan.kept is None or not plan.kept.passed, plan.peak))
 
 
 def _floor(scene: ArmScene) -> float:

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from ..types import Array
+from ..types import Array, Json
 from .control_set import Circle, Disc
 from .model import Count, Model, Positive, Switch
 
@@ -60,6 +60,7 @@ class Aligned(Model):
 Grid = Annotated[Uniform | Aligned, Field(discriminator="kind")]
 
 
+Share = Annotated[Positive, Field(lt=1)]  # of a peak
 MOST_ROWS = 1_000_000  # of a program: about 1.5 GB, and minutes for one solve
 SOLVERS = {"disc": ("CLARABEL", "SCS"), "polygon": ("CLARABEL", "HIGHS", "OSQP", "SCS")}
 
@@ -102,6 +103,7 @@ class SweepSearch(Model):
     start: Positive | None = None
     stop: Positive | None = None
     count: Count = 18
+    accept: Share = 0.05
 
     def span(self, duration: float) -> tuple[float, float]:
         """First and last obstacle time [s]."""
@@ -116,21 +118,25 @@ class RefineSearch(Model):
 
     kind: Literal["refine"] = "refine"
     count: Count = 18
+    accept: Share = 0.05
 
 
 class GlobalSearch(Model):
     """Branch and bound over all obstacle times, until the proved relative gap is at most `gap`."""
 
     kind: Literal["global"] = "global"
-    gap: Annotated[Positive, Field(lt=1)] = 1e-6
+    gap: Share = 1e-6
+    accept: Share = 0.05
 
 
 class Settings(Model):
     """How to answer: the circle, the grid, the inner loop (`method`), the outer loop (`search`), the solver.
 
     Args:
+        search: every one has `accept`: a plan that keeps all that was asked is "solved" where its gap is at most that,
+            by default 0.05, and "feasible" where it is larger.
         node_limit: boxes of obstacle times that a global search looks at before it stops with the gap it has.
-        time_limit: seconds after which any search stops, with the obstacle times it has seen; default none.
+        time_limit: seconds after which any search stops, with the obstacle times it has seen; default 30, None is none.
         rounds: ways past blocks, each with its walls, or problems of an arm's centre of mass past gaps, that are
             solved before the search stops likewise; it also stops where the gap comes down no more.
     """
@@ -141,7 +147,7 @@ class Settings(Model):
     search: Annotated[SweepSearch | RefineSearch | GlobalSearch, Field(discriminator="kind")] = GlobalSearch()
     solver: Literal["CLARABEL", "HIGHS", "OSQP", "SCS"] = "CLARABEL"
     node_limit: Count = 2000
-    time_limit: Positive | None = None
+    time_limit: Positive | None = 30.0
     rounds: Count = 60
 
     @model_validator(mode="after")
@@ -155,6 +161,11 @@ class Settings(Model):
         if steps > most:
             raise ValueError(f".grid.steps: was {steps}, must be at most {most} for this {circle.kind}")
         return self
+
+    @model_serializer(mode="wrap")
+    def _no_limit_is_written(self, fields: SerializerFunctionWrapHandler) -> Json:
+        """None is left out of files where it is what is meant without it, and here it is not."""
+        return {**fields(self), "time_limit": self.time_limit}
 
     @property
     def solvers(self) -> Iterator[str]:

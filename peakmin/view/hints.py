@@ -24,7 +24,7 @@ NEARLY = 0.9  # of a limit: what took so much of it was stopped by it
 
 def advice(plan: Plan) -> list[str]:
     """First what is unknown, then what to try, a line each; nothing for other answers."""
-    if plan.status == "solved":
+    if plan.keeps:
         return _of_a_gap(plan)
     if plan.status != "unknown":
         return []
@@ -78,7 +78,7 @@ def _long_links(task: ArmManeuver) -> list[str]:
 
 
 def _of_a_gap(plan: Plan) -> list[str]:
-    """Where a solved plan's gap is larger than asked for: what its bound does not know of, or what stopped it."""
+    """Where the gap of a plan that keeps all is larger than asked for: what its bound misses, or what stopped it."""
     search, more = plan.settings.search, _more_time(plan)
     if not isinstance(search, GlobalSearch) or plan.gap <= search.gap:
         return []

@@ -65,7 +65,7 @@ def _entries(path: str, value: object) -> Iterator[tuple[str, str]]:
 
 
 def _rows(plan: Plan) -> list[Row]:
-    of = "peak acceleration" if plan.status == "solved" else "peak of the path found, which is not as asked"
+    of = "peak acceleration" if plan.keeps else "peak of the path found, which is not as asked"
     rows = [
         Row("peak", of, f"{plan.peak:.9g}", "m/s²"),
         Row("lower_bound", "no motion has less than", f"{plan.lower_bound:.9g}", "m/s²"),

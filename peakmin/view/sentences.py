@@ -40,7 +40,7 @@ def point_facts(plan: Plan) -> list[str]:
     lines = [line("obstacle times", ", ".join(f"{t:.6g} s" for t in plan.obstacle_times) or "none")]
     if math.isfinite(plan.clearance):
         lines.append(line("clearance", f"{plan.clearance:.6g} m at every instant{_near(plan, ', ', 'inside')}"))
-    if plan.status != "solved" and plan.trajectory is not None:
+    if not plan.keeps and plan.trajectory is not None:
         lines += [line("not kept", one) for one in not_kept(plan)]
     return lines
 

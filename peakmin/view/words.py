@@ -49,7 +49,7 @@ def _answer(plan: Plan, bounded: str) -> list[str]:
         other = "the path found, which does not keep all that was asked, has " if found else ""
         lines = [f"{plan.status}: {other if plan.status == 'unknown' else ''}{head}"]
     limit = plan.maneuver.max_peak
-    if limit is not None and plan.status != "solved":
+    if limit is not None and not plan.keeps:
         proved = "nothing keeps it (proved)" if plan.status == "infeasible" else "not proved to be impossible"
         lines.append(line("max_peak", f"{limit:.9g} m/s²: {proved}"))
     lines.append(line("lower bound", f"{plan.lower_bound:.9g} m/s² for {bounded}"))
@@ -60,7 +60,7 @@ def _answer(plan: Plan, bounded: str) -> list[str]:
 
 def so_far(plan: Plan) -> str:
     """What a search that was stopped has."""
-    if plan.status == "solved":
+    if plan.keeps:
         return f"the best plan so far has a peak of {plan.peak:.6g} m/s², {plan.gap:.1e} of it above the bound"
     return f"no plan so far, and none can have a peak below {plan.lower_bound:.6g} m/s²"
 

@@ -47,12 +47,29 @@ def planned(maneuver=STRAIGHT, **changes):
 
 
 def test_statuses():
-    for kept, refuted, scope, closed in itertools.product(
-        (False, True), (False, True), ("all", "these"), (False, True)
-    ):
+    either = (False, True)
+    for kept, near, refuted, scope, closed in itertools.product(either, either, either, ("all", "these"), either):
         no = closed or (refuted and scope == "all")
-        expected = "infeasible" if no else "solved" if kept else "unknown"
-        assert status_of(kept, refuted, scope, closed) == expected
+        expected = "infeasible" if no else "unknown" if not kept else "solved" if near else "feasible"
+        assert status_of(kept, near, refuted, scope, closed) == expected
+
+
+@pytest.mark.parametrize("search", [pm.GlobalSearch, pm.SweepSearch, pm.RefineSearch])
+def test_a_plan_is_solved_up_to_the_gap_that_is_accepted(search):
+    gap = planned(peak=1.5).gap
+    for accept, status in ((gap, "solved"), (gap * (1 - 1e-12), "feasible")):
+        settings = SETTINGS.model_copy(update={"search": search(accept=accept)})
+        plan = plan_of(scene_of(STRAIGHT), settings, found(peak=1.5))
+        assert (plan.status, plan.gap, plan.keeps) == (status, gap, True)
+    assert planned(peak=1 / 0.95001).status == "solved"  # 0.05 where nothing is said
+    assert planned(peak=1 / 0.94999).status == "feasible"
+    assert not planned(motion=None, peak=math.inf).keeps
+
+
+def test_without_a_bound_a_plan_is_feasible():
+    plan = planned(proof=Proof("all", ()))
+    assert (plan.lower_bound, plan.gap, plan.status) == (0.0, 1.0, "feasible")
+    assert pm.verify(plan.to_json()).problems == ()
 
 
 @pytest.mark.parametrize("maneuver", [STRAIGHT, WALL], ids=["no wall", "a wall"])
@@ -98,7 +115,7 @@ def test_what_a_motion_keeps_is_looked_at_once_where_it_is_known():
     ("limit", "peak", "status"),
     [
         (1.0, 1.0, "solved"),
-        (1.5, 1.5, "solved"),
+        (1.5, 1.5, "feasible"),
         (1.5, 1.5 + 1e-9, "unknown"),
         (1.0, 1.0 + 1e-9, "unknown"),
         (0.999, 1.0, "infeasible"),

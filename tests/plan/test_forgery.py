@@ -275,13 +275,25 @@ def test_what_is_known_is_not_stated_as_unknown(asked):
     assert problem == f"status: unknown, but it is {plan.status}"
 
 
+def test_what_is_feasible_is_not_stated_as_solved_nor_the_reverse():
+    asked = pm.Settings(grid=pm.Aligned(steps=20), search=pm.GlobalSearch(accept=0.5))
+    plan = pm.solve(wall_maneuver(), asked)
+    less = asked.model_copy(update={"search": pm.GlobalSearch(accept=plan.gap / 2)})
+    for settings, status, false in ((asked, "solved", "feasible"), (less, "feasible", "solved")):
+        true = dataclasses.replace(plan, settings=settings, status=status)
+        assert pm.verify(true.to_json()).passed
+        (problem,) = pm.verify(dataclasses.replace(true, status=false).to_json()).problems
+        stated = f"with a gap of {plan.gap:.6g} and accept at {settings.search.accept:g}"
+        assert problem == f"status: {false}, but {stated} it is {status}"
+
+
 @pytest.mark.parametrize(
     ("settings", "most"),
     [({}, 1.0), ({"circle": pm.Polygon(segments=2)}, 1 / np.cos(np.pi / 8)), ({"method": pm.Exact()}, 1.0)],
     ids=["disc", "polygon", "exact"],
 )
 def test_a_peak_is_not_stated_too_large(settings, most):
-    plan = pm.solve(wall_maneuver(), pm.Settings(**settings))
+    plan = pm.solve(wall_maneuver(), pm.Settings(**settings, search=pm.GlobalSearch(accept=0.2)))
     largest = float(most * plan.trajectory.peak())
     for peak, passes in ((largest, True), (largest * (1 + 1e-6), False), (1e6, False)):
         found = pm.verify(dataclasses.replace(plan, peak=peak).to_json())

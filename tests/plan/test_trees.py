@@ -54,7 +54,8 @@ def bound(data):
 
 def restated(data, lower):
     """With the bound that the proof does prove, and what follows from it."""
-    data = {**data, "lower_bound": lower, "gap": (data["peak"] - lower) / data["peak"] if data["peak"] else 0.0}
+    gap = (data["peak"] - lower) / data["peak"] if data["peak"] else 0.0
+    data = {**data, "lower_bound": lower, "gap": gap, "status": "solved" if gap <= 0.05 else "feasible"}
     return json.dumps(data | {"digest": digest(data)})
 
 

@@ -22,7 +22,8 @@ def test_files_of_version_1_are_verified(file):
     assert data["version"] == 1
     found = pm.verify(json.dumps(data))
     assert found.problems == ()
-    assert found.plan.status == data["status"]
+    far = data["status"] == "solved" and data["gap"] > 0.05  # "solved" told nothing of the gap then
+    assert found.plan.status == ("feasible" if far else data["status"])
     again = json.loads(found.plan.to_json())
     assert again["version"] == 3
     assert (again["peak"], again["lower_bound"]) == (data["peak"], data["lower_bound"])

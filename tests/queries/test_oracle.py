@@ -33,7 +33,7 @@ def test_queries_are_solves():
         assert found.peak[k] == plan.peak
         assert found.lower_bound[k] == plan.lower_bound
         assert found.obstacle_times[k] == pytest.approx(plan.obstacle_times)
-    assert np.all(found.solved)
+    assert np.all(found.keeps)
     assert np.all(found.gap <= 1e-6)
 
 
@@ -110,7 +110,7 @@ def test_very_many_queries_at_times_and_those_through_openings():
     assert np.all(found.gap < 1e-6)
     narrow = MANEUVER.model_copy(update={"obstacles": (pm.Wall(tip=(0.5, 0.1), opening=0.1),)})
     through = pm.PeakOracle(narrow).peaks(tips=[[[0.5, 0.1]], [[0.5, 0.2]]], obstacle_times=[0.5])
-    assert np.all(through.solved)
+    assert np.all(through.keeps)
     assert through.peak[0] == pytest.approx(pm.PeakOracle(narrow).peak(obstacle_times=[0.5]), rel=1e-12)
 
 

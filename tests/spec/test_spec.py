@@ -40,6 +40,22 @@ def test_json_round_trip():
     assert spec.maneuver.obstacles[0].direction == (0.0, -1.0)
 
 
+def test_no_time_limit_is_written_as_null():
+    assert pm.Settings().time_limit == 30
+    for limit in (None, 30.0, 2.0):
+        settings = pm.Settings.from_json(json.dumps({"time_limit": limit}))
+        assert settings.time_limit == limit
+        assert json.loads(settings.to_json())["time_limit"] == limit
+        spec = pm.Spec.from_json(json.dumps(GOOD)).model_copy(update={"settings": settings})
+        assert pm.Spec.from_json(spec.to_json()) == spec
+
+
+def test_every_search_accepts_a_gap():
+    for search in (pm.GlobalSearch, pm.SweepSearch, pm.RefineSearch):
+        assert search().accept == 0.05
+        assert search(accept=0.5).accept == 0.5
+
+
 def test_schema_names_every_field_and_refuses_others():
     schema = pm.schema()
     assert schema["additionalProperties"] is False
@@ -85,6 +101,9 @@ def test_schema_names_every_field_and_refuses_others():
         (("settings", "search", "start"), 0, "settings.search.start: was 0, must be"),
         (("settings", "search", "start"), 1.0, "settings.search.start: was 1.0, must be between 0 and the duration"),
         (("settings", "search", "stop"), 2.0, "settings.search.stop: was 2.0, must be between 0 and the duration"),
+        (("settings", "search", "accept"), 0, "settings.search.accept: was 0, must be a number above zero"),
+        (("settings", "search", "accept"), 1, "settings.search.accept: was 1, must be less than 1"),
+        (("settings", "time_limit"), 0, "settings.time_limit: was 0, must be a number above zero"),
         (("settings", "search", "start"), 0.95, "settings.search.start: was 0.95, must not be after stop"),
         (("settings", "solver"), "GUROBI", "settings.solver: was 'GUROBI', must be"),
         (("version",), 2, "version: was 2, must be 1"),
