@@ -6,11 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import Literal
 
-import numpy as np
-
 from ..plan.arm_plan import ArmPlan
 from ..robots.joint_space import FLOODS, flood
-from ..robots.joints import closely
 from ..scenes.passages import passages
 from ..spec.arm import ArmManeuver
 from .reasons import Reasons
@@ -100,16 +97,15 @@ def widened(task: ArmManeuver, trials: Trials, field: str, limit: Limit) -> Iter
     plan = None if free is None or trials.over else trials.plan(free)
     if not isinstance(plan, ArmPlan) or plan.status != "solved" or plan.joints is None:
         return
-    asked, t = getattr(task.arm.links[k], name), closely(plan.joints)
+    asked, most = getattr(task.arm.links[k], name), plan.extremes
+    assert most is not None
     if name == "limits":
-        q = plan.joints.angles(t)[:, k]
-        low, high = min(asked[0], -upwards_signed(-np.min(q))), max(asked[1], upwards_signed(np.max(q)))
+        low, high = min(asked[0], -upwards_signed(-most.low[k])), max(asked[1], upwards_signed(most.high[k]))
         value: object = (low, high)
         said = f"{field} [{asked[0]:.6g}, {asked[1]:.6g}] rad are too narrow: [{low:.6g}, {high:.6g}] rad"
         cost = (high - low) / (asked[1] - asked[0]) - 1
     else:
-        rate = np.diff(plan.joints.rates(t)[1], axis=-1, prepend=0.0)[:, k]
-        value = fastest = upwards(float(np.max(np.abs(rate))))
+        value = fastest = upwards(float(most.speed[k]))
         said, cost = f"{field} {asked:.6g} rad/s is too slow: {fastest:.6g} rad/s", fastest / asked - 1
     changed_so = with_link(task, k, **{name: value})
     if changed_so is not None and not trials.over:

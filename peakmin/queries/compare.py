@@ -99,7 +99,9 @@ def _joint_quintic(plan: ArmPlan) -> tuple[float, float, list[Excess]]:
     close = [Excess("obstacles", short, "m", f"obstacles: a link comes {short:.6g} m too close")] if short > 0 else []
     q, speeds, accelerations = (np.diff(one, axis=-1, prepend=0.0) for one in (theta, rate, second))
     every = [np.abs(speeds), np.abs(accelerations), np.abs(inverse_dynamics(chain, theta, rate, second))]
-    when = {name: T * s[np.argmax(x, axis=0), 0] for name, x in zip(("speed", "acceleration", "torque"), every, strict=True)}
+    when = {
+        name: T * s[np.argmax(x, axis=0), 0] for name, x in zip(("speed", "acceleration", "torque"), every, strict=True)
+    }
     speed, acceleration_most, torque = (np.max(x, axis=0) for x in every)
     most = Extremes(np.min(q, axis=0), np.max(q, axis=0), speed, acceleration_most, torque, when, 0.0)
     return float(np.max(norm(acceleration))), clear, close + beyond(plan.maneuver, q[0], q[-1], most)
