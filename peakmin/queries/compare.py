@@ -76,7 +76,7 @@ def compare(plan: ArmPlan) -> list[Compared]:
     ):
         # joints that hold their accelerations do not follow another way of the centre of mass
         if isinstance(joints, JointPath) and not joints.changes:
-            kept = plan.scene.kept(replace(joints, motion=motion))
+            kept: Kept = plan.scene.kept(replace(joints, motion=motion))
         else:
             kept = Kept(math.nan, math.nan, (TURNS if isinstance(joints, JointPath) else LEADS,))
         add(name, motion.peak(), kept.clearance, kept.excesses)
