@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 LARGEST = 1e9  # m: what is further away is not drawn
 LINKS: Look = {"marker": "o", "markersize": 4, "linewidth": 1.8}
-WIDE = 78  # letters of a title's line
+WIDE = 96  # letters of a title's line
 FIELD = re.compile(r"[A-Za-z_][\w.\[\]]*(?=: )")
 BOTH = {"up": (-1.0,), "down": (1.0,)}  # signs of the elbow; else it is either
 
@@ -119,14 +119,15 @@ class _Drawing:
                 self.line(path, f"tip at the {end}", tip[None], marker="x", markersize=8, linestyle="none", color=shade)
             if len(known) < len(lengths):
                 continue
-            for theta in _configurations(pose, known, None if tip is None else tip - base):
+            found = list(_configurations(pose, known, None if tip is None else tip - base))
+            for theta in found:
                 joints = base + np.vstack(
                     [np.zeros(2), np.cumsum(np.array(known)[: len(theta), None] * unit(theta), 0)]
                 )
                 for k in range(len(theta)):
                     own = f"arm.links[{k}]" if self.wrong(f"arm.links[{k}]") else path
                     self.line(own, f"arm at the {end}", joints[k : k + 2], color=shade, linestyle=dashes, **LINKS)
-            if tip is not None and len(known) == 2:
+            if tip is not None and len(known) == 2 and not found:
                 self.reach(base, known)
 
     def reach(self, base: Array, lengths: list[float]) -> None:
