@@ -39,13 +39,14 @@ from .queries.study.table import KINDS as TABLES
 from .search.solve import solve
 from .search.sweep import sweep
 from .spec.reading import called, load, named, of_kind, read_file
-from .spec.spec import AnySpec, ArmSpec, Spec, read_spec, schema
+from .spec.spec import AnySpec, ArmSpec, Spec, read_spec, schema, spec_of
 from .spec.study import StudySpec
-from .view import curves, output, words
+from .view import curves, output, refused, sketches, words
 from .view.streams import answer, aside, only_answers
 
 EXIT = {"solved": 0, "feasible": 0, "infeasible": 3, "unknown": 4}
 BAD_INPUT, DIFFERS, STOPPED = 2, 1, 130
+DRAWN = (7.0, 5.6)  # inches of a task's picture
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__)
 SpecFile = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec file (JSON), - for stdin; see `peakmin schema`.")]
@@ -102,6 +103,32 @@ def solve_command(
                 why = explained(plan, stopped)
             answer(str(why))
     _end(plan.status, stopped, words.so_far(plan))
+
+
+@app.command("show")
+@only_answers()
+def show_command(
+    spec: SpecFile,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="The picture, .png; default named as the spec, here.")
+    ] = None,
+) -> None:
+    """The task drawn, before anything is solved; of a refused spec what can be read, what is wrong in red."""
+    target = Path(f"{Path(called(spec)).stem}.png") if out is None else out
+    if target.suffix != ".png":
+        raise SpecError(f"--out: was {str(target)!r}, must end in .png")
+    files.ready_for(target)
+    with named(spec):
+        data = load(read_file(spec))
+        of_kind(data, "spec")
+        try:
+            asked = spec_of(data)
+        except SpecError as error:
+            output.write_figure(partial(refused.sketch, data, words.one_line(str(error))), target, DRAWN)
+            _say_where(False, target)
+            raise
+    output.write_figure(partial(sketches.task, asked.task), target, DRAWN)
+    _say_where(False, target)
 
 
 @app.command("explain")
