@@ -59,7 +59,7 @@ def compare(plan: ArmPlan) -> list[Compared]:
     rows: list[Compared] = []
 
     def add(name: str, peak: float, clearance: float, excesses: Sequence[Excess]) -> None:
-        said = [one.words for one in excesses]
+        said = [one.words for one in excesses if one.stated]  # the other ways are no plans: what is asked counts
         if peak > plan.maneuver.limit:
             said.append(f"max_peak {plan.maneuver.limit:.6g} m/s²: this motion reaches {peak:.6g} m/s²")
         called = "plan" if said and not rows else name

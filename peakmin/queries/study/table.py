@@ -86,8 +86,8 @@ class Study:
 
     @property
     def answered(self) -> bool:
-        """Whether every problem is solved or proved infeasible."""
-        return {"solved", "infeasible"}.issuperset(self._statuses)
+        """Whether every problem has a motion that keeps what is asked, or is proved to have none."""
+        return {"solved", "feasible", "infeasible"}.issuperset(self._statuses)
 
     def __repr__(self) -> str:
         counts = {status: sum(row["status"] == status for row in self.rows) for status in self._statuses}
