@@ -29,8 +29,8 @@ from ..scenes.proof_tree import Branch
 from ..spec.maneuver import Maneuver
 from ..spec.model import LARGEST, Model, Switch
 from ..spec.obstacles import Wall
-from ..spec.settings import GlobalSearch
 from ..spec.reading import load, short
+from ..spec.settings import GlobalSearch
 from ..spec.spec import ArmSpec, Spec
 from ..types import Array, Json
 
@@ -191,6 +191,7 @@ class MadeDocument(Model):
     nodes: Whole0
     seconds: Real
     versions: dict[str, str]
+    stopped: Switch
 
 
 class PlanDocument(Model):
@@ -378,6 +379,8 @@ def _upgraded(data: Json) -> Json:
     """A document of version 1 as one of version 2, as far as it is one at all."""
     new = {"kind": "point", "costate": None, **data, "version": VERSION, **_graded(data)}
     proof = data.get("proof")
+    if isinstance(data.get("made"), dict):
+        new["made"] = {"stopped": False, **data["made"]}
     if new["kind"] == "arm":
         new["proof"] = {"kind": "arm", "passages": proof, "cells": new.pop("flooded", 0)}
         return {"path": None, **new}
@@ -390,7 +393,7 @@ def _upgraded(data: Json) -> Json:
 
 
 def _graded(data: Json) -> Json:
-    """Status and spec of a document of version 1: its searches accepted any gap (now the default's), without a limit."""
+    """Status and spec of a document of version 1, which had no gap to accept (now the default's) and no time limit."""
     spec, accept = data.get("spec"), GlobalSearch().accept
     settings = spec.get("settings") if isinstance(spec, dict) else None
     search = settings.get("search") if isinstance(settings, dict) else None

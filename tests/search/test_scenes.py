@@ -75,7 +75,7 @@ def test_random_scenes(seeds):
             refused += 1
             continue
         assert plan.lower_bound <= plan.peak, seed
-        if plan.status == "solved":
+        if plan.keeps:
             solved += 1
             assert_free(plan)
     assert solved >= 0.9 * (len(seeds) - refused) - 1
@@ -201,9 +201,9 @@ def test_walls_that_hang_from_above_slits_and_walls_behind():
     with pytest.raises(pm.SpecError, match=r"obstacles\[1\].*opening"):
         wall_maneuver(obstacles=(pm.Wall(tip=(0.5, -0.2), direction=(0, 1)), pm.Wall(tip=(0.5, 0.2))))
     behind = pm.solve(wall_maneuver(obstacles=(pm.Wall(tip=(-0.2, 0.3)),)), pm.Settings(grid=pm.Aligned(steps=40)))
-    assert behind.status in ("solved", "unknown")
+    assert behind.status in ("solved", "feasible", "unknown")
     assert behind.lower_bound > 4.0
-    if behind.status == "solved":
+    if behind.keeps:
         assert behind.clearance >= 0
 
 

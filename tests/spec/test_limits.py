@@ -75,7 +75,7 @@ def test_time_limits_are_kept(monkeypatch, name, limit):
     plan = pm.solve(maneuver, pm.Settings(**settings, time_limit=limit))
     took = time.process_time() - began
     assert took <= max(1.2 * limit, limit + 0.5)
-    assert plan.status in ("solved", "unknown")
+    assert plan.status in ("solved", "feasible", "unknown")
     assert pm.verify(plan.to_json()).passed
     assert plan.lower_bound >= 0
 

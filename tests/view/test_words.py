@@ -14,7 +14,7 @@ from tests.conftest import wall_maneuver
 from tests.view.test_pictures import arm_plan
 
 ROW = {"spec": "0", "a": 1, "status": "solved", "peak": 8.5, "lower_bound": 8.25, "gap": 0.02941, "scope": "all"}
-ROW |= {"obstacle_times": [0.5, 0.75], "error": None}
+ROW |= {"obstacle_times": [0.5, 0.75], "reason": None, "error": None}
 
 
 def study(*rows):
