@@ -421,7 +421,7 @@ def test_the_bound_knows_of_motions_through_the_base():
     chain = equal_shares().chain
     way = np.hypot(*(chain.centre(np.cumsum(start.joints)) - chain.centre(np.cumsum(goal.joints))))
     assert plan.lower_bound <= 4 * way * (1 + 1e-9)
-    assert plan.status == "solved"
+    assert plan.keeps
 
 
 @pytest.mark.parametrize("more", [0.0, 4e-4])
@@ -532,7 +532,7 @@ def test_a_fast_joint_between_samples_is_seen():
 def test_an_elbow_that_turns_over_beside_its_edge_jumps():
     task = small(start=pm.Pose(tip=(1.2, -0.6), elbow="up"), goal=pm.Pose(tip=(1.3, 0.4), elbow="down"), obstacles=())
     plan = pm.solve(task, pm.Settings(node_limit=60))
-    assert plan.status == "solved"
+    assert plan.keeps
     path = dataclasses.replace(plan.joints, changes=(plan.joints.changes[0] + 0.002,))
     assert not link_clearance(plan.maneuver.workspace, path).steady
 
