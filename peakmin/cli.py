@@ -1,4 +1,4 @@
-"""The terminal: `peakmin paper | solve | explain | sweep | budget | study | compare | simulate | verify | schema`.
+"""The terminal: `peakmin solve | explain | sweep | budget | study | compare | simulate | verify | export | ...`.
 
 Results go to stdout, progress and errors to stderr.
 
@@ -13,8 +13,9 @@ import math
 import sys
 import threading
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, Literal, NoReturn
 
 import numpy as np
 import typer
@@ -26,6 +27,7 @@ from .errors import PeakminError, SpecError
 from .plan.arm_plan import ArmPlan
 from .plan.document import Status, digest
 from .plan.document import schema as plan_schema
+from .plan.export import FORMATS
 from .plan.plan import Plan
 from .plan.verify import verify
 from .queries.budget import error_budget
@@ -36,7 +38,7 @@ from .queries.study.study import study
 from .queries.study.table import KINDS as TABLES
 from .search.solve import solve
 from .search.sweep import sweep
-from .spec.reading import load, named, of_kind, read_file
+from .spec.reading import called, load, named, of_kind, read_file
 from .spec.spec import AnySpec, ArmSpec, Spec, read_spec, schema
 from .spec.study import StudySpec
 from .view import curves, output, words
@@ -45,13 +47,27 @@ from .view.streams import answer, aside, only_answers
 EXIT = {"solved": 0, "feasible": 0, "infeasible": 3, "unknown": 4}
 BAD_INPUT, DIFFERS, STOPPED = 2, 1, 130
 
-app = typer.Typer(
-    add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__
-)
-SpecFile = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec file (JSON); see `peakmin schema`.")]
+app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__)
+SpecFile = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec file (JSON), - for stdin; see `peakmin schema`.")]
 PlanFile = Annotated[Path, typer.Argument(metavar="PLAN", help="plan.json as `peakmin solve --out` writes it.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Write plots, JSON and CSV there.")]
+
+
+def _say_version(asked: bool) -> None:
+    if asked:
+        with only_answers():
+            answer(f"peakmin {version('peakmin')}")
+        raise typer.Exit
+
+
+@app.callback()
+def about(
+    _: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_say_version, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """What stands before a verb."""
 
 
 @app.command("solve")
@@ -78,11 +94,11 @@ def solve_command(
         if out:
             output.write_plan(plan, out, gif)
         if report:
-            output.write_report(plan, report, spec.stem)
+            output.write_report(plan, report, Path(called(spec)).stem)
         answer(plan.to_json(indent=2) if as_json else words.describe(plan))
         _say_where(as_json, out, report)
         if plan.status == "infeasible" and not as_json and not stopped.is_set():
-            with output.bar("explain"):
+            with output.bar("explain", stopped):
                 why = explained(plan, stopped)
             answer(str(why))
     _end(plan.status, stopped, words.so_far(plan))
@@ -95,7 +111,7 @@ def explain_command(spec: SpecFile, as_json: Json = False) -> None:
     asked = read_spec(spec)
     with ended_by_interrupt() as stopped:
         plan = _solved(asked, "explain", stopped)
-        with output.bar("explain"):
+        with output.bar("explain", stopped):
             why = explained(plan, stopped)
     if as_json:
         answer(_json({"status": plan.status, "explanation": None if why is None else why.document()}))
@@ -151,7 +167,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
     """The least M at every obstacle time of a sweep (the paper's outer loop)."""
     asked = Spec.read(spec)
     files.ready(out)
-    with ended_by_interrupt() as stopped, output.bar("sweep") as progress:
+    with ended_by_interrupt() as stopped, output.bar("sweep", stopped) as progress:
         found = sweep(asked.maneuver, asked.settings, progress=progress, stopped=stopped)
     if out:
         output.write_plan(found.best, out)
@@ -192,7 +208,7 @@ def study_command(
     asked = StudySpec.read(study_file)
     if out.suffix[1:].isalpha() and out.suffix not in TABLES and not out.is_dir():
         raise SpecError(f"--out: was {str(out)!r}, must be a folder, or end in {' or '.join(TABLES)}")
-    store = out if out.suffix in TABLES else out / f"{study_file.stem}.csv"
+    store = out if out.suffix in TABLES else out / f"{Path(called(study_file)).stem}.csv"
     try:
         with output.bar("study") as progress:
             found = study(asked, store=store, workers=workers, progress=progress)
@@ -222,6 +238,30 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
         with np.errstate(all="ignore"):
             answer(words.facts(stated))
     raise typer.Exit(0 if found.passed else EXIT["unknown"])
+
+
+@app.command("export")
+@only_answers()
+def export_command(
+    plan: PlanFile,
+    form: Annotated[Literal["csv", "joint_trajectory"], typer.Option("--format", help="Of what is written.")] = "csv",
+    rate: Annotated[float | None, typer.Option(help="Rows a second; default a row for each node.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write it there, not to stdout.")] = None,
+) -> None:
+    """A plan's motion for a controller, once the file is verified: CSV, or ROS's JointTrajectory as JSON."""
+    files.ready_for(out)
+    with named(plan):
+        text = read_file(plan)
+        of_kind(load(text), "plan")
+        found = verify(text)
+    if not found.passed:
+        raise PeakminError(f"{plan}: was not as it states (`peakmin verify` tells more), must be for `export`")
+    made = FORMATS[form](found.plan, rate)
+    if out is None:
+        answer(made, end="")
+    else:
+        files.write(out, made)
+        _say_where(False, out)
 
 
 @app.command("paper")
@@ -256,7 +296,7 @@ def schema_command(
 
 def _solved(asked: AnySpec, name: str, stopped: threading.Event | None = None) -> Plan:
     """The plan of a spec, with a bar of this name while it is made; it ends when it is stopped."""
-    with output.bar(name) as progress:
+    with output.bar(name, stopped) as progress:
         return solve(asked.task, asked.settings, progress, stopped=stopped)
 
 

@@ -13,6 +13,7 @@ from ..geometry.trajectory import Trajectory
 from ..proofs.bounds import Leaf, Proof
 from ..proofs.check import check_motion
 from ..proofs.double_integrator import PointMass
+from ..robots.joint_motion import JointMotion
 from ..robots.joints import JointPath
 from ..scenes.kinds import ArmScene, PointScene, Setting
 from ..spec.settings import Settings
@@ -27,7 +28,7 @@ PLANS: dict[str, Callable[..., Plan]] = {"point": Plan.of, "arm": ArmPlan.of}  #
 @overload
 def plan_of(scene: PointScene, settings: Settings, found: Found[Trajectory]) -> Plan: ...
 @overload
-def plan_of(scene: ArmScene, settings: Settings, found: Found[JointPath]) -> ArmPlan: ...
+def plan_of(scene: ArmScene, settings: Settings, found: Found[JointMotion | JointPath]) -> ArmPlan: ...
 def plan_of(scene: Setting[Any, Any], settings: Settings, found: Found[Any]) -> Plan:
     """The plan of what was found: "solved" or "feasible" only if it passes its own checks."""
     mass = PointMass.of(found.crossing)

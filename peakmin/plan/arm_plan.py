@@ -14,6 +14,8 @@ from ..byname import found
 from ..files import csv_text
 from ..geometry.trajectory import Trajectory
 from ..proofs.sensitivity import Sensitivities
+from ..robots.extremes import Extremes, extremes
+from ..robots.joint_motion import JointMotion
 from ..robots.joints import JointPath, base_moment, torques
 from ..robots.link_clearance import LinkClearance, link_clearance
 from ..robots.workspace import Contact
@@ -27,10 +29,14 @@ from ..spec.spec import ArmSpec
 from ..types import Array, Axes, Json
 from .document import (
     ArmDocument,
+    ExtremesDocument,
+    HeldDocument,
     PathDocument,
     Status,
     arm_proof_document,
     arm_proof_of,
+    known,
+    knowns,
     read_as,
     shaped,
     signed,
@@ -58,12 +64,12 @@ class ArmPlan(Plan):
     maneuver: ArmManeuver  # type: ignore[assignment]
     proof: ArmProof  # type: ignore[assignment]
     indices: tuple[int, int]
-    joints: JointPath | None
+    joints: JointMotion | JointPath | None
     clear: LinkClearance | None
 
     @classmethod
     def of(  # type: ignore[override]
-        cls, scene: ArmScene, settings: Settings, status: Status, bound: float, given: Found[JointPath]
+        cls, scene: ArmScene, settings: Settings, status: Status, bound: float, given: Found[JointMotion | JointPath]
     ) -> Self:
         path, kept = given.motion, given.kept
         assert given.multipliers is not None
@@ -106,7 +112,7 @@ class ArmPlan(Plan):
         """An arm's walls are not its user's: there are none."""
         raise AttributeError("an arm's plan has no sensitivities")
 
-    def _path(self) -> JointPath:
+    def _path(self) -> JointMotion | JointPath:
         if self.joints is None:
             raise ValueError(f"this plan is {self.status}: it has no trajectory")
         return self.joints
@@ -114,6 +120,37 @@ class ArmPlan(Plan):
     def angles(self, t: ArrayLike) -> Array:
         """Joint angles [rad] at t [s], shape (...) -> (..., n)."""
         return self._path().angles(t)
+
+    def joint_positions(self, t: ArrayLike, *, clamp: bool = False) -> Array:
+        """Joint angles q(t) [rad], each link against the one before, shape (...) -> (..., n).
+
+        Args:
+            t: instants [s], from 0 to the duration.
+            clamp: take instants outside as the nearer end.
+
+        Raises:
+            ValueError: for an instant outside, or where the plan has no motion.
+        """
+        return self._path().angles(self._within(t, clamp))
+
+    def joint_velocities(self, t: ArrayLike, *, clamp: bool = False) -> Array:
+        """Joint speeds q'(t) [rad/s], shape (...) -> (..., n); arguments and errors as of `joint_positions`."""
+        return np.diff(self._path().rates(self._within(t, clamp))[1], axis=-1, prepend=0.0)
+
+    def joint_accelerations(self, t: ArrayLike, *, clamp: bool = False) -> Array:
+        """Joint accelerations q''(t) [rad/s^2], shape (...) -> (..., n), at a switch of the control those after it;
+        arguments and errors as of `joint_positions`.
+        """
+        return np.diff(self._path().rates(self._within(t, clamp))[2], axis=-1, prepend=0.0)
+
+    def _within(self, t: ArrayLike, clamp: bool) -> Array:
+        """The instants as an array [s]. Raises `ValueError` where one is outside of the motion."""
+        end, t = self._path().duration, np.asarray(t, dtype=float)
+        t = np.clip(t, 0, end) if clamp else t
+        outside = t[~((t >= 0) & (t <= end))]
+        if outside.size:
+            raise ValueError(f"t: was {float(outside[0])!r} s, must be from 0 to {end!r} s (clamp=True takes the ends)")
+        return t
 
     def tip(self, t: ArrayLike) -> Array:
         """Position of the tip [m] at t [s], shape (...) -> (..., 2)."""
@@ -130,8 +167,10 @@ class ArmPlan(Plan):
 
     @property
     def elbow_changes(self) -> tuple[float, ...]:
-        """Times [s] at which the elbow turns over."""
-        return () if self.joints is None else self.joints.changes
+        """Times [s] at which the elbow turns over: of two links where they are in line."""
+        if self.joints is None:
+            return ()
+        return self.joints.changes if isinstance(self.joints, JointPath) else self.joints.straight
 
     @cached_property
     def contacts(self) -> list[Contact]:
@@ -157,7 +196,22 @@ class ArmPlan(Plan):
     @cached_property
     def exceeded(self) -> list[str]:
         """Joint limits and speeds that the motion does not keep, in words."""
-        return [] if self.joints is None else [one.words for one in beyond_limits(self.maneuver, self.joints)]
+        if self.joints is None or self.extremes is None:
+            return []
+        return [one.words for one in beyond_limits(self.maneuver, self.joints, self.extremes)]
+
+    @cached_property
+    def extremes(self) -> Extremes | None:
+        """What the joints do at most at any instant; None where there is no motion."""
+        if self.joints is None:
+            return None
+        kept = self.kept
+        return kept.extremes if isinstance(kept, ArmKept) else extremes(self.joints)
+
+    @property
+    def peak_moment(self) -> float:
+        """The largest moment that the base feels at any instant [N m]; infinite where it is not bounded."""
+        return np.inf if self.extremes is None else self.extremes.moment
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The arm's poses over its obstacles; see `peakmin.view` for more."""
@@ -179,7 +233,10 @@ class ArmPlan(Plan):
             contacts=[str(contact) for contact in self.contacts],
             exceeded=self.exceeded,
             joints=[] if path is None else path.angles(np.array(fields["times"])).tolist(),
-            path=None if path is None else _path_document(path),
+            path=_path_document(path) if isinstance(path, JointPath) else None,
+            held=_held_document(path) if isinstance(path, JointMotion) else None,
+            peak_moment=known(self.peak_moment),
+            extremes=None if self.extremes is None else _extremes_document(self.extremes),
             proof=arm_proof_document(self.proof),
             spec=spec,
         )
@@ -192,13 +249,17 @@ class ArmPlan(Plan):
         if document.indices not in scene.passages:
             raise ValueError("a plan is of configurations that are none")
         passage = scene.passages[document.indices]
-        motion = None if document.path is None else document.motion(passage.maneuver)
-        if document.path is not None and motion is None:
-            raise ValueError("joints without a motion")
-        path = clear = None
-        if document.path is not None and motion is not None:
+        held = None if document.held is None else _held_of(document.held, passage)
+        motion: Trajectory | None = None if held is None else held.motion
+        path: JointMotion | JointPath | None = held
+        if document.path is not None:
+            if held is not None:
+                raise ValueError("joints follow a path or hold accelerations, not both")
+            motion = document.motion(passage.maneuver)
+            if motion is None:
+                raise ValueError("joints without a motion")
             path = _path_of(document.path, motion, passage)
-            clear = link_clearance(scene.workspace, path)
+        clear = None if path is None else link_clearance(scene.workspace, path)
         return cls(
             task,
             document.spec.settings,
@@ -240,9 +301,13 @@ class ArmPlan(Plan):
         """The plan that `to_json` wrote, as `Plan.from_json`."""
         return read_as(ArmDocument, cls.stated_by, text)
 
-    def to_csv(self) -> str:
-        """Text: rows t, joint angles, speeds, torques, centre of mass, base force and moment at the nodes [SI]."""
-        t, n = self.times, len(self.maneuver.arm.links)
+    def to_csv(self, rate: float | None = None) -> str:
+        """Text: rows t, joint angles, speeds, torques, centre of mass, base force and moment [SI].
+
+        Args:
+            rate: as of `instants`, which the rows are at.
+        """
+        t, n = self.instants(rate), len(self.maneuver.arm.links)
         rates = np.diff(self._path().rates(t)[1], axis=-1, prepend=0.0)
         columns = [t, self.angles(t), rates, self.torques(t), self.position(t), self.base_force(t), self.base_moment(t)]
         names = [f"{name}{k + 1}" for name in ("q", "dq", "tau") for k in range(n)]
@@ -253,6 +318,27 @@ class ArmPlan(Plan):
             f"ArmPlan({self.status}, peak={self.peak:.9g}, lower_bound={self.lower_bound:.9g}, "
             f"clearance={self.clearance:.6g})"
         )
+
+
+def _held_document(motion: JointMotion) -> HeldDocument:
+    return HeldDocument(nodes=motion.nodes.tolist(), begin=motion.begin.tolist(), held=motion.held.tolist())
+
+
+def _held_of(stated: HeldDocument, passage: Passage) -> JointMotion:
+    """The motion of the joints that a document states. Raises `ValueError` where it is none of this arm."""
+    chain, nodes = passage.workspace.chain, np.array(stated.nodes, dtype=float)
+    if len(nodes) < 2 or nodes[0] != 0 or nodes[-1] != passage.asked.duration or np.any(np.diff(nodes) <= 0):
+        raise ValueError("nodes do not go from the start to the end")
+    held = shaped(stated.held, len(nodes) - 1, chain.links)
+    return JointMotion(chain, nodes, held, shaped(stated.begin, chain.links))
+
+
+def _extremes_document(found: Extremes) -> ExtremesDocument:
+    every = {
+        name: knowns(np.where(np.isfinite(value), value, np.nan))
+        for name, value in ((name, getattr(found, name)) for name in ("low", "high", "speed", "acceleration", "torque"))
+    }
+    return ExtremesDocument(**every, singular=found.singular)
 
 
 def _path_document(path: JointPath) -> PathDocument:

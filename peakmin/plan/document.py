@@ -1,8 +1,8 @@
 """A plan as a JSON document: what its file states. `peakmin.verify` finds out whether that is true.
 
-Version 2. Files of version 1 are read as what they would be in version 2: they do not name the kind of a centre of
-mass's plan, list walls past blocks only, state the proof past blocks as a list of branches in place of a tree, and call
-"solved" all that keeps what was asked.
+Version 3. Older files are read as what they would be in it: they call "solved" all that keeps what was asked. Those of
+version 2 say nothing of what an arm's joints do at most. Those of version 1 do not name the kind of a centre of mass's
+plan either, list walls past blocks only, and state the proof past blocks as a list of branches in place of a tree.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from ..errors import SpecError
 from ..geometry.costate import CostateTrajectory
 from ..geometry.trajectory import HoldTrajectory, Trajectory
 from ..proofs.bounds import Leaf, Proof
+from ..robots.joint_motion import CentreMotion
 from ..robots.joint_space import FLOODS
 from ..scenes.arm_proof import ALL, ArmProof, Lined, PassageProof, Touching
 from ..scenes.blocks import BlockClasses, BlockProof, ListedBranch, ListedProof, Marks, WayClass
@@ -34,8 +35,9 @@ from ..spec.settings import GlobalSearch
 from ..spec.spec import ArmSpec, Spec
 from ..types import Array, Json
 
-VERSION: Literal[2] = 2  # of plan documents
-KNOWN = (1, 2)
+VERSION: Literal[3] = 3  # of plan documents
+KNOWN = (1, 2, 3)
+SINCE_3 = ("held", "peak_moment", "extremes")  # what older files of arms do not state
 SAMPLES = 200  # panels of the samples that a costate plan lists beside its closed form
 
 Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
@@ -170,6 +172,25 @@ class PathDocument(Model):
     others: tuple[list[Real], Rows] | None
 
 
+class HeldDocument(Model):
+    """Joint accelerations [rad/s^2] held between nodes [s], from these joint angles [rad] on: see `JointMotion`."""
+
+    nodes: list[Real]
+    begin: list[Real]
+    held: Rows
+
+
+class ExtremesDocument(Model):
+    """What the joints do at most at any instant [rad, rad/s, rad/s^2, N m]; null where it is not bounded."""
+
+    low: list[Real | None]
+    high: list[Real | None]
+    speed: list[Real | None]
+    acceleration: list[Real | None]
+    torque: list[Real | None]
+    singular: Real
+
+
 class SensitivitiesDocument(Model):
     """Derivatives of the least peak; null where they are not known."""
 
@@ -199,7 +220,7 @@ class PlanDocument(Model):
 
     kind_of_file: ClassVar[str] = "plan"
 
-    version: Literal[2]
+    version: Literal[3]
     status: Status
     peak: Size | None
     lower_bound: Size | None
@@ -265,6 +286,9 @@ class ArmDocument(PlanDocument):
     exceeded: list[str]
     joints: Rows
     path: PathDocument | None
+    held: HeldDocument | None
+    peak_moment: Size | None
+    extremes: ExtremesDocument | None
     proof: ArmsProof
     spec: ArmSpec
 
@@ -286,14 +310,14 @@ def motion_fields(motion: Trajectory | None, duration: float) -> Json:
     """What a document lists of a motion: a hold motion's nodes, or even samples beside a closed form."""
     if motion is None:
         return dict.fromkeys(("times", "position", "velocity", "acceleration"), ()) | {"costate": None}
-    held = isinstance(motion, HoldTrajectory)
-    t = motion.nodes if held else np.union1d(motion.nodes, duration * np.arange(SAMPLES + 1) / SAMPLES)
+    held, joined = isinstance(motion, HoldTrajectory), isinstance(motion, CentreMotion)
+    t = motion.nodes if held or joined else np.union1d(motion.nodes, duration * np.arange(SAMPLES + 1) / SAMPLES)
     return {
         "times": t.tolist(),
         "position": motion.position(t).tolist(),
         "velocity": motion.velocity(t).tolist(),
         "acceleration": motion.acceleration(t[:-1] if held else t).tolist(),
-        "costate": None if held else _costate(motion),
+        "costate": None if held or joined else _costate(motion),
     }
 
 
@@ -367,20 +391,24 @@ def digest(data: Json) -> str:
 
 
 def stated(text: str | bytes) -> tuple[Json, Json]:
-    """A document's data as the file has them, and as one of version 2. Raises `SpecError` in one line."""
+    """A document's data as the file has them, and as one of the present version. Raises `SpecError` in one line."""
     data = load(text, finite=True)
     version = data.get("version")
     if type(version) is not int or version not in KNOWN:
-        raise SpecError(f"version: was {short(version)}, must be 1 or 2 (the versions so far)")
+        raise SpecError(f"version: was {short(version)}, must be 1, 2 or 3 (the versions so far)")
     return data, data if version == VERSION else _upgraded(data)
 
 
 def _upgraded(data: Json) -> Json:
-    """A document of version 1 as one of version 2, as far as it is one at all."""
+    """A document of an older version as one of the present, as far as it is one at all."""
     new = {"kind": "point", "costate": None, **data, "version": VERSION, **_graded(data)}
-    proof = data.get("proof")
     if isinstance(data.get("made"), dict):
         new["made"] = {"stopped": False, **data["made"]}
+    if new["kind"] == "arm":
+        new |= dict.fromkeys(SINCE_3)
+    if data["version"] == 2:
+        return new
+    proof = data.get("proof")
     if new["kind"] == "arm":
         new["proof"] = {"kind": "arm", "passages": proof, "cells": new.pop("flooded", 0)}
         return {"path": None, **new}
@@ -393,7 +421,7 @@ def _upgraded(data: Json) -> Json:
 
 
 def _graded(data: Json) -> Json:
-    """Status and spec of a document of version 1, which had no gap to accept (now the default's) and no time limit."""
+    """Status and spec of an older document: its searches accepted any gap (now the default's), without a limit."""
     spec, accept = data.get("spec"), GlobalSearch().accept
     settings = spec.get("settings") if isinstance(spec, dict) else None
     search = settings.get("search") if isinstance(settings, dict) else None

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..byname import found
+from ..errors import SpecError
 from ..files import csv_text
 from ..geometry.trajectory import Trajectory
 from ..proofs.bounds import Proof, lower_bound
@@ -44,6 +45,8 @@ from .document import (
 from .found import Found, Made
 
 KEEPS: tuple[Status, ...] = ("solved", "feasible")
+MOST_ROWS = 1_000_000  # of a table at a rate
+ROUNDED = 1e-12  # of the duration: rows closer to its end are the end
 NEARLY = 1e-7  # relative: how far the multipliers' own bound may be below the best at the plan's times
 
 
@@ -155,6 +158,26 @@ class Plan:
     def times(self) -> Array:
         """Nodes of the trajectory [s], shape (steps+1,); empty when there is none."""
         return np.zeros(0) if self.trajectory is None else self.trajectory.nodes
+
+    def instants(self, rate: float | None = None) -> Array:
+        """Times [s] of a table's rows, shape (m,): the nodes, or with a rate k / rate for whole k, and the end.
+
+        Args:
+            rate: rows a second [1/s].
+
+        Raises:
+            SpecError: where the rate is no number above zero, or makes more than a million rows.
+            ValueError: where the plan has no motion.
+        """
+        if rate is None:
+            return self.times
+        end = float(self._motion().nodes[-1])
+        if isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < math.inf:
+            raise SpecError(f"rate: was {rate!r}, must be a finite number above zero [1/s]")
+        if not end * rate <= MOST_ROWS:
+            raise SpecError(f"rate: was {rate!r}, must be at most {MOST_ROWS / end:.6g} 1/s (a million rows)")
+        k = np.arange(math.ceil(end * rate * (1 - ROUNDED)))  # none so close to the end that it is the end, rounded
+        return np.append(k / rate, end)
 
     def position(self, t: ArrayLike) -> Array:
         """Position of the centre of mass [m] at t [s], shape (...) -> (..., 2); beyond the ends as at the ends."""
@@ -283,9 +306,13 @@ class Plan:
         """
         return read_as(PointDocument, cls.stated_by, text)
 
-    def to_csv(self) -> str:
-        """Text: rows t, x, y, vx, vy, ax, ay at the nodes [SI]; the last row repeats the last acceleration."""
-        t, motion = self.times, self._motion()
+    def to_csv(self, rate: float | None = None) -> str:
+        """Text: rows t, x, y, vx, vy, ax, ay [SI]; the last row repeats the last acceleration.
+
+        Args:
+            rate: as of `instants`, which the rows are at.
+        """
+        t, motion = self.instants(rate), self._motion()
         columns = [t, motion.position(t), motion.velocity(t), motion.acceleration(t)]
         return csv_text(["t", "x", "y", "vx", "vy", "ax", "ay"], np.column_stack(columns).tolist())
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..spec.settings import Bisection, Settings
 from ..types import Json
 from .answer import status_of
 from .arm_plan import ArmPlan
-from .document import ArmDocument, PointDocument, digest, made_of, stated
+from .document import SINCE_3, VERSION, ArmDocument, PointDocument, digest, made_of, stated
 from .plan import KEEPS, Plan
 
 SAME = 1e-9  # relative difference up to which a number counts as the one stated
@@ -54,11 +54,13 @@ def verify(text: str | bytes) -> Verification:
     """
     data, new = stated(text)
     plan = plan_stated(new)
-    scene, found = plan.scene, []
+    scene, found, older = plan.scene, [], data["version"] < VERSION
     if data.get("digest") != digest(data):
         found.append("digest: the file is not as it was written")
     motion, kept = plan.trajectory, plan.kept
     if motion is not None and kept is not None:
+        if older:  # it was not asked then that joints be within what no spec states
+            kept = replace(kept, excesses=tuple(one for one in kept.excesses if one.stated))
         found += moved(plan, motion) + _kept(plan, kept)
     elif data["peak"] is not None or plan.keeps:
         found.append("status: there is no motion, so no peak and no solution")
@@ -75,12 +77,12 @@ def verify(text: str | bytes) -> Verification:
     elif plan.keeps and known in KEEPS and plan.status != known:
         found.append(f"status: {plan.status}, but with a gap of {plan.gap:.6g} and accept at {accept:g} it is {known}")
     found += plan.misstated()
-    found += _anew(plan, new)
+    found += _anew(plan, new, older)
     return Verification(plan, math.inf if motion is None else motion.peak(), bound, tuple(found))
 
 
 def plan_stated(data: Json) -> Plan | ArmPlan:
-    """The plan that a document of version 2 states, of either kind. Raises `SpecError` in one line."""
+    """The plan that a document of the present version states, of either kind. Raises `SpecError` in one line."""
     if data.get("kind") == "arm":
         return made_of(ArmDocument, ArmPlan.stated_by, data)
     return made_of(PointDocument, Plan.stated_by, data)
@@ -100,12 +102,18 @@ def _kept(plan: Plan, kept: Kept) -> list[str]:
     return found
 
 
-def _anew(plan: Plan, data: Json) -> list[str]:
+def _anew(plan: Plan, data: Json, older: bool) -> list[str]:
     """What differs where the plan is written anew, or why it cannot be."""
     try:
         again = plan.document()
     except SpecError as error:  # of a motion whose numbers no document has
         return [f"the document: cannot be written anew ({error})"]
+    if older:
+        again |= {name: None for name in SINCE_3 if name in again}
+        if "exceeded" in again and plan.kept is not None:
+            again["exceeded"] = [
+                one.words for one in plan.kept.excesses if one.stated and one.words in again["exceeded"]
+            ]
     return unlike(_apart(data), _apart(again), plan.units)
 
 

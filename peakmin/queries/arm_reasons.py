@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Literal
 
+from ..plan.arm_plan import ArmPlan
 from ..robots.joint_space import FLOODS, flood
 from ..scenes.passages import passages
 from ..spec.arm import ArmManeuver
 from .reasons import Reasons
-from .repairs import Change, Repair, changed, left_out, longer, raised
+from .repairs import Change, Repair, Trials, changed, downwards, left_out, longer, raised, upwards, with_link
 
+Limit = tuple[int, Literal["limits", "max_speed"]]  # of which link, and which
 MARGINS = (0.5, 0.25, 0.1, 0.0)  # shares of a margin that are tried, in this order
 SLOWER = 1.002  # times the duration that time scaling asks for: what a control on holds needs more
 
@@ -57,7 +60,7 @@ class ArmReasons(Reasons):
         less = Change(
             "margin",
             lambda share: changed(self.task, margin=share * margin),
-            lambda share: f"lower margin to {float(share) * margin:.6g} m",
+            lambda share: f"margin {margin:.6g} m is too wide: {float(share) * margin:.6g} m would do",
             lambda share: 1 - share,
         )
         for share in MARGINS if margin else ():
@@ -75,6 +78,45 @@ class ArmReasons(Reasons):
         if free.keeps:
             yield from self.trials.repair(raised(self.task, limit), free.peak)
             yield from self.trials.repair(longer(self.task), SLOWER * self.task.duration * math.sqrt(free.peak / limit))
+
+
+def given_limits(task: ArmManeuver) -> dict[str, Limit]:
+    """The joint limits and speeds that are asked for, by their paths."""
+    return {
+        f"arm.links[{k}].{name}": (k, name)
+        for k, link in enumerate(task.arm.links)
+        for name in ("limits", "max_speed")
+        if getattr(link, name) is not None
+    }
+
+
+def widened(task: ArmManeuver, trials: Trials, field: str, limit: Limit) -> Iterator[Repair]:
+    """One limit made as wide as a motion that was found without it takes, if the task is then solved."""
+    k, name = limit
+    free = with_link(task, k, **{name: None})
+    plan = None if free is None or trials.over else trials.plan(free)
+    if not isinstance(plan, ArmPlan) or not plan.keeps or plan.extremes is None:
+        return
+    asked, found = getattr(task.arm.links[k], name), plan.extremes
+    if name == "limits":
+        low = min(asked[0], -upwards_signed(-float(found.low[k])))
+        high = max(asked[1], upwards_signed(float(found.high[k])))
+        value: object = (low, high)
+        said = f"{field} [{asked[0]:.6g}, {asked[1]:.6g}] rad are too narrow: [{low:.6g}, {high:.6g}] rad"
+        cost = (high - low) / (asked[1] - asked[0]) - 1
+    else:
+        value = fastest = upwards(float(found.speed[k]))
+        said, cost = f"{field} {asked:.6g} rad/s is too slow: {fastest:.6g} rad/s", fastest / asked - 1
+    changed_so = with_link(task, k, **{name: value})
+    if changed_so is not None and not trials.over:
+        tried_out = trials.solve(changed_so)
+        if tried_out.keeps:
+            yield Repair(field, f"{said} would do", changed_so, tried_out.peak, cost)
+
+
+def upwards_signed(x: float) -> float:
+    """The next number of three digits, for any sign [any unit]."""
+    return upwards(float(x)) if x >= 0 else -downwards(-float(x))
 
 
 def closed(maneuver: ArmManeuver) -> bool:

@@ -8,7 +8,8 @@ there, and accelerations at the ends, make the peak least.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,12 +19,18 @@ from scipy.optimize import minimize
 from ..geometry.norm import norm
 from ..geometry.trajectory import SAMPLES, Polynomial
 from ..plan.arm_plan import ArmPlan
+from ..robots.dynamics import inverse_dynamics
+from ..robots.extremes import Extremes
+from ..robots.joints import JointPath
 from ..robots.kinematics import unit
-from ..robots.link_clearance import link_clearance
+from ..scenes.kept import Excess, Kept
+from ..scenes.kinds import beyond
 from ..types import Array
 
 RESTARTS = 4  # of a simplex that has shrunk too early
 APART = 0.02  # of the duration: least distance of contact times
+TURNS = Excess("arm", math.nan, "m", "arm: the elbow would turn over elsewhere, which is not looked at")
+LEADS = Excess("arm", math.nan, "m", "arm: no joints are known that would follow it")
 LEFT = np.array([[0.0, 1.0], [-1.0, 0.0]])  # turns a row by a right angle
 
 
@@ -32,6 +39,8 @@ class Compared:
     """One way: its peak [m/s^2] and base force [N], times the least possible peak, and clearance [m].
 
     Of the other ways than the plan's, peaks are those of samples, and the joint quintic's clearance too.
+    excess: the first of what it does not keep of what was asked, in words; None where it keeps all. The plan's own row
+    is "least peak" where it does, else "plan".
     """
 
     name: str
@@ -39,6 +48,7 @@ class Compared:
     force: float
     ratio: float
     clearance: float
+    excess: str | None = None
 
 
 def compare(plan: ArmPlan) -> list[Compared]:
@@ -46,11 +56,17 @@ def compare(plan: ArmPlan) -> list[Compared]:
     if plan.joints is None:
         raise ValueError(f"this plan is {plan.status}: it has no trajectory")
     joints, mass, least = plan.joints, plan.crossing.mass, plan.lower_bound or 1.0
-    rows = [Compared("least peak", plan.peak, plan.peak_force, plan.peak / least, plan.clearance)]
+    rows: list[Compared] = []
 
-    def add(name: str, peak: float, clearance: float) -> None:
-        rows.append(Compared(name, peak, mass * peak, peak / least, clearance))
+    def add(name: str, peak: float, clearance: float, excesses: Sequence[Excess]) -> None:
+        said = [one.words for one in excesses]
+        if peak > plan.maneuver.limit:
+            said.append(f"max_peak {plan.maneuver.limit:.6g} m/s²: this motion reaches {peak:.6g} m/s²")
+        called = "plan" if said and not rows else name
+        rows.append(Compared(called, peak, mass * peak, peak / least, clearance, next(iter(said), None)))
 
+    assert plan.kept is not None
+    add("least peak", plan.peak, plan.clearance, plan.kept.excesses)
     add("joint quintic", *_joint_quintic(plan))
     contacts = np.array([plan.position(t) for t in plan.obstacle_times]).reshape(-1, 2)
     began = plan.obstacle_times
@@ -58,14 +74,17 @@ def compare(plan: ArmPlan) -> list[Compared]:
         ("minimum jerk", _minimum_jerk(plan, contacts, began)),
         ("smooth C2, tuned", _smooth(plan, contacts, began)),
     ):
-        path = replace(joints, motion=motion)
-        clear = float("nan") if joints.changes else link_clearance(plan.maneuver.workspace, path).least
-        add(name, motion.peak(), clear)
+        # joints that hold their accelerations do not follow another way of the centre of mass
+        if isinstance(joints, JointPath) and not joints.changes:
+            kept: Kept = plan.scene.kept(replace(joints, motion=motion))
+        else:
+            kept = Kept(math.nan, math.nan, (TURNS if isinstance(joints, JointPath) else LEADS,))
+        add(name, motion.peak(), kept.clearance, kept.excesses)
     return rows
 
 
-def _joint_quintic(plan: ArmPlan) -> tuple[float, float]:
-    """Peak [m/s^2] and clearance [m], on samples."""
+def _joint_quintic(plan: ArmPlan) -> tuple[float, float, list[Excess]]:
+    """Peak [m/s^2], clearance [m] and what is not kept, on samples."""
     assert plan.joints is not None
     chain, T = plan.joints.chain, plan.joints.duration
     s = np.linspace(0, 1, SAMPLES + 1)[:, None]
@@ -75,8 +94,17 @@ def _joint_quintic(plan: ArmPlan) -> tuple[float, float]:
     second = (60 * s - 180 * s**2 + 120 * s**3) * (last - first) / T**2
     along = unit(theta)
     acceleration = chain.c @ (second[..., None] * (along @ LEFT) - rate[..., None] ** 2 * along)
-    clear = np.min(plan.maneuver.workspace.clearance(theta[::10]))
-    return float(np.max(norm(acceleration))), float(clear)
+    clear = float(np.min(plan.maneuver.workspace.clearance(theta[::10])))
+    short = plan.maneuver.margin - clear
+    close = [Excess("obstacles", short, "m", f"obstacles: a link comes {short:.6g} m too close")] if short > 0 else []
+    q, speeds, accelerations = (np.diff(one, axis=-1, prepend=0.0) for one in (theta, rate, second))
+    every = [np.abs(speeds), np.abs(accelerations), np.abs(inverse_dynamics(chain, theta, rate, second))]
+    when = {
+        name: T * s[np.argmax(x, axis=0), 0] for name, x in zip(("speed", "acceleration", "torque"), every, strict=True)
+    }
+    speed, acceleration_most, torque = (np.max(x, axis=0) for x in every)
+    most = Extremes(np.min(q, axis=0), np.max(q, axis=0), speed, acceleration_most, torque, when, 0.0)
+    return float(np.max(norm(acceleration))), clear, close + beyond(plan.maneuver, q[0], q[-1], most)
 
 
 def _pieces(plan: ArmPlan, points: Array, times: Array, inner: Array, outer: Array) -> Polynomial:
@@ -151,8 +179,9 @@ def _smooth(plan: ArmPlan, points: Array, began: Array) -> Polynomial:
 
 def table(rows: list[Compared]) -> str:
     """The rows as text."""
-    lines = [f"  {'way':18}  peak [m/s²]   base force [N]   times the bound   clearance [m]"]
+    lines = [f"  {'way':18}  peak [m/s²]   base force [N]   times the bound   clearance [m]   not kept"]
     for row in rows:
         clear = f"{row.clearance:13.4f}" if np.isfinite(row.clearance) else " " * 12 + "-"
-        lines.append(f"  {row.name:18}  {row.peak:11.5f}   {row.force:14.5f}   {row.ratio:15.4f}   {clear}")
+        line = f"  {row.name:18}  {row.peak:11.5f}   {row.force:14.5f}   {row.ratio:15.4f}   {clear}"
+        lines.append(f"{line}   {row.excess}" if row.excess else line)
     return "\n".join(lines)

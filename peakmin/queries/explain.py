@@ -9,22 +9,27 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from ..deadline import after, over
+from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
+from ..scenes.kinds import scene_of
 from ..search.solve import solve
 from ..spec.settings import Settings
+from ..spec.spec import refuse_unfit
 from ..spec.task import Task
-from .arm_reasons import ArmReasons
+from .arm_reasons import ArmReasons, given_limits, widened
 from .point_reasons import PointReasons
 from .reasons import Reasons
 from .repairs import Repair, Trials
 
 FEW = 6  # entries of which all choices are tried
-TIME_LIMIT = 60.0  # s
+TIME_LIMIT = 8.0  # s, where the settings have none
+FOR_FEWEST = 1 / 3  # of the time, to look for the fewest entries
 REASONS: dict[str, type[Reasons]] = {"point": PointReasons, "arm": ArmReasons}
 
 
@@ -32,13 +37,15 @@ REASONS: dict[str, type[Reasons]] = {"point": PointReasons, "arm": ArmReasons}
 class Explanation:
     """Entries that cannot all be kept, why, and repairs, the smallest change first.
 
-    complete: whether there was time to look for the fewest entries and for all repairs.
+    complete: whether there was time to look for the fewest entries and for all repairs;  proved: whether it
+    is proved that they conflict, or only no motion was found that keeps them.
     """
 
     conflict: tuple[str, ...]
     because: str
     repairs: tuple[Repair, ...]
     complete: bool = True
+    proved: bool = True
 
     def document(self) -> dict[str, object]:
         """As plain JSON data, each repair with its whole maneuver."""
@@ -51,37 +58,70 @@ class Explanation:
             "because": self.because,
             "repairs": repairs,
             "complete": self.complete,
+            "proved": self.proved,
         }
 
     def __str__(self) -> str:
         none = "no change of a single entry was found that helps" + ("" if self.complete else " in this time")
         said = "; or ".join(repair.text for repair in self.repairs) or none
         late = "" if self.complete else "\n(it ended before fewer entries and other changes were looked for)"
-        return f"{', '.join(self.conflict)} conflict: {self.because}\n{said}{late}"
+        verb = "conflict" if self.proved else "in the way"
+        return f"{', '.join(self.conflict)} {verb}: {self.because}\n{said}{late}"
 
 
 def explain(task: Task, settings: Settings | None = None) -> Explanation | None:
     """Why a task is proved infeasible: the fewest entries that conflict, and the smallest changes that help.
 
-    None where it is solved or nothing is proved. Every change was solved; an explanation takes many solves, up to a
-    minute or `settings.time_limit`.
+    None where it is solved, or nothing is proved and no joint limit or speed of an arm is in the way. Every change was
+    solved; an explanation takes many solves, up to eight seconds or `settings.time_limit`.
 
     Raises:
         SpecError: when the settings do not fit the task.
     """
+    settings = settings or Settings()
+    refuse_unfit(task, settings)
+    if scene_of(task).impossible() is not None:  # no search is needed to know that
+        return why_not(task, settings, math.inf, _until(settings))
     return explained(solve(task, settings))
 
 
 def explained(plan: Plan, stopped: threading.Event | None = None) -> Explanation | None:
     """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves.
 
+    Of an arm's that is "unknown", which joint limits or speeds are in the way of the motions that were found.
+
     Args:
         stopped: to be set when it is to end with what it has.
     """
+    if plan.status == "unknown" and isinstance(plan, ArmPlan):
+        return beyond_limits(plan, _until(plan.settings, stopped))
     if plan.status != "infeasible":
         return None
-    limit = min(TIME_LIMIT, plan.settings.time_limit or TIME_LIMIT)
-    return why_not(plan.maneuver, plan.settings, plan.lower_bound, after(limit, stopped))
+    return why_not(plan.maneuver, plan.settings, plan.lower_bound, _until(plan.settings, stopped))
+
+
+def _until(settings: Settings, stopped: threading.Event | None = None) -> float:
+    return after(settings.time_limit or TIME_LIMIT, stopped)
+
+
+def beyond_limits(plan: ArmPlan, until: float) -> Explanation | None:
+    """Joint limits and speeds in the way of the motions found, though none is proved impossible; None where none is.
+
+    One is in the way where the plan's motion does not keep it, or where the task is solved with it made wider.
+    """
+    task, trials = plan.maneuver, Trials(plan.settings, until)
+    given = given_limits(task)
+    if plan.joints is not None:
+        kept = plan.kept
+        assert kept is not None
+        given = {name: given[name] for one in kept.excesses if (name := one.field) in given}
+    found = [one for name, limit in given.items() for one in widened(task, trials, name, limit)]
+    repairs = sorted(found, key=lambda one: one.cost)
+    fields = tuple(given) if plan.joints is not None else tuple(one.field for one in found)
+    if not fields:
+        return None
+    because = "; ".join(plan.exceeded) or "no motion was found that keeps them"
+    return Explanation(fields, because, tuple(repairs), not (trials.over or trials.cut), proved=False)
 
 
 def why_not(task: Task, settings: Settings, proved: float, until: float) -> Explanation | None:
@@ -95,9 +135,9 @@ def why_not(task: Task, settings: Settings, proved: float, until: float) -> Expl
     reasons = REASONS[task.kind](task, proved, trials)
     if not reasons.refuted(reasons.entries):
         return None
-    fields, because = reasons.named(fewest(reasons.entries, reasons.refuted, trials.until))
+    fields, because = reasons.named(fewest(reasons.entries, reasons.refuted, trials.part(FOR_FEWEST)))
     repairs = sorted(reasons.repairs(fields), key=lambda one: one.cost)
-    return Explanation(fields, because, tuple(repairs), not trials.over)
+    return Explanation(fields, because, tuple(repairs), not (trials.over or trials.cut))
 
 
 def fewest(entries: list[str], refuted: Callable[[list[str]], bool], until: float) -> list[str]:

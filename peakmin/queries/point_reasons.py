@@ -10,8 +10,10 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
+from ..errors import SpecError
 from ..geometry.norm import length
 from ..proofs.branch_and_bound import least_over_times
+from ..scenes.cells import Cells
 from ..scenes.impossible import impossible, least_way
 from ..scenes.kinds import scene_of
 from ..search.held import Hold
@@ -21,11 +23,13 @@ from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Wall
 from ..spec.settings import Aligned, Exact
 from .reasons import Reasons
-from .repairs import FINEST, Change, Repair, changed, left_out, longer, raised, tried
+from .repairs import FINEST, Change, Repair, changed, downwards, left_out, longer, raised, tried
 
 LIMITS = ("region", "max_speed", "max_peak")
 ROUGH = 1e-2  # relative, as FINEST, with blocks, a region or a speed
+OPENED = 3  # changes that are tried where one just leaves a way, likewise
 COARSE, STEPS = 40, 4  # holds of a quick look; changes that are tried with the real settings, each a little larger
+NEAREST = 1e-6  # relative, as FINEST, where no solve is needed
 SHARPER = 4  # halvings with the real settings
 MOST = 1e3  # times the entry: larger changes are not looked for
 FURTHEST = 10.0  # times the maneuver's size: nothing is moved further
@@ -68,14 +72,14 @@ class PointReasons(Reasons):
             if field in fields:
                 yield from repaired()
         conflicting = [i for i, name in enumerate(self.obstacles) if name in fields]
+        if self.task.margin and conflicting:
+            yield from self._less_margin()
         for i in conflicting:
             one = self.task.obstacles[i]
             if isinstance(one, Wall):
                 yield from self._wall_back(i, one)
             else:
                 yield from self.trials.repair(left_out(self.task, i), 1.0)
-        if self.task.margin and conflicting:
-            yield from self._less_margin()
         if "region" in fields:
             yield from self._larger_region()
 
@@ -149,35 +153,75 @@ class PointReasons(Reasons):
 
     def _less_margin(self) -> Iterator[Repair]:
         margin = self.task.margin
-        nearer = Change(
-            "margin",
-            functools.partial(_less, self.task, "margin"),
-            lambda x: f"lower margin to {max(margin - float(x), 0.0):.6g} m",
-            lambda x: min(x / margin, 1.0),
-            self._more,
-        )
-        yield from self._repaired(nearer, 0.0, margin / 8, margin)
+        words = f"margin {margin:.6g} m is too wide: {{}} m would do".format
+        less, at = functools.partial(_less, self.task, "margin"), functools.partial(tried, self.task)
+        change = Change("margin", lambda m: at(margin=m), words, lambda m: 1 - m / margin, -ROUGH / 2, downwards)
+        low = self._opening(lambda x: at(margin=max(margin - x, 0.0)), 0.0, margin / 8, margin)
+        yield from self._past_opening(change, less, low, margin / 8, margin, lambda x: max(margin - x, 0.0))
 
     def _larger_region(self) -> Iterator[Repair]:
         size, words = self._size, "move the edges of region outward by {} m".format
-        grown = Change("region", functools.partial(_grown, self.task), words, lambda x: x / size, self._more)
-        yield from self._repaired(grown, 0.0, 1e-3 * size, FURTHEST * size)
+        larger = functools.partial(_grown, self.task)
+        change = Change("region", larger, words, lambda x: x / size, self._more)
+        first, most = 1e-3 * size, FURTHEST * size
+        low = self._opening(larger, 0.0, first, most) if self.task.blocks else 0.0
+        yield from self._past_opening(change, larger, low, first, most, lambda x: x)
+
+    def _past_opening(
+        self,
+        change: Change[Maneuver],
+        to: Callable[[float], Maneuver | None],
+        low: float | None,
+        first: float,
+        most: float,
+        said: Callable[[float], float],
+    ) -> Iterator[Repair]:
+        """The change by x = low > 0, the least that leaves a way, if what is then left can be done; else by more.
+
+        Args:
+            to: the task for x;  first, most: as in `_least`;  said: what the change takes for x.
+        """
+        if low is None:
+            return
+        wider = low * (1 + NEAREST)  # what just touches counts as closed
+        opened = list(self.trials.repair(change, said(wider), OPENED)) if low > 0 else []
+        yield from opened
+        if not opened:
+            x = self._least(to, low, first, most)
+            yield from self.trials.repair(change, None if x is None else said(x), STEPS)
+
+    def _opening(self, to: Callable[[float], Maneuver | None], low: float, first: float, most: float) -> float | None:
+        """About the least x from `low` on that leaves a way past the blocks, as far as is known without a solve.
+
+        Without such an x that is at most `most` above, None.
+        """
+        if _leaves_a_way(to(low)):
+            return low
+        return self._halved(lambda x: _leaves_a_way(to(x)), low, first, most, NEAREST)
 
     def _least(self, change: Callable[[float], Maneuver | None], low: float, first: float, most: float) -> float | None:
         """About the least x above `low` that helps, at most `most` above, steps growing from `first`; or None."""
-        step, high, start = first, low + first, change(low + first)
+        start = change(low + first)
         simple = start is not None and start.simple
-        while not self._helps(change(high)):
+        high = self._halved(lambda x: self._helps(change(x)), low, first, most, FINEST if simple else ROUGH)
+        if high is None or start is None or simple or start.blocks:
+            return high
+        return self._sharper(change, high, high - first)
+
+    def _halved(
+        self, helps: Callable[[float], bool], low: float, first: float, most: float, finest: float
+    ) -> float | None:
+        """Nearly the least x that helps, to `finest` of itself, at most `most` above `low`, which does not; or None."""
+        step, high = first, low + first
+        while not helps(high):
             low, step = high, 2 * step
             high = low + step
             if step > most or self.trials.over:
                 return None
-        while high - low > (FINEST if simple else ROUGH) * high and not self.trials.over:
+        while high - low > finest * high and not self.trials.over:
             middle = (low + high) / 2
-            low, high = (low, middle) if self._helps(change(middle)) else (middle, high)
-        if start is None or simple or start.blocks:
-            return high
-        return self._sharper(change, high, high - first)
+            low, high = (low, middle) if helps(middle) else (middle, high)
+        return high
 
     def _sharper(self, change: Callable[[float], Maneuver | None], high: float, below: float) -> float:
         """Less than x = high, at most by `below`: a quick look at a region or a speed asks for more than it takes."""
@@ -204,6 +248,16 @@ class PointReasons(Reasons):
         times = least_over_times(scene.mass, 1e-3, until=until).times
         held = Hold(scene, maneuver.past(maneuver.walls), job, steps=grid.steps).at(times)
         return held is not None and held.bracket.upper * scene.mass.unit <= maneuver.limit
+
+
+def _leaves_a_way(maneuver: Maneuver | None) -> bool:
+    """Whether there is no proof, by lengths, areas and the gaps between blocks, that nothing can be done."""
+    if maneuver is None:
+        return False
+    try:
+        return impossible(maneuver) is None and (not maneuver.blocks or Cells(maneuver).ways is not None)
+    except SpecError:  # walls that stand askew beside blocks
+        return False
 
 
 def _renamed(text: str, kept: list[str]) -> str:

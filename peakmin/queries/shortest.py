@@ -32,6 +32,7 @@ from ..proofs.frontier import Frontier
 from ..search.solve import solve
 from ..spec.maneuver import Maneuver, walls_only
 from ..spec.settings import Exact, GlobalSearch, Settings
+from ..spec.spec import refuse_other
 from ..types import Array
 
 CLIMBS = 60  # steps of D -> 1/z; they converge quadratically
@@ -80,7 +81,8 @@ def shortest(maneuver: Maneuver, peak: float, gap: float = 1e-6, node_limit: int
         node_limit: boxes of the obstacle times' shares to look at.
 
     Raises:
-        SpecError: when the peak is not a positive number, or no duration keeps it that could be found.
+        SpecError: when it is no maneuver of a centre of mass, when the peak is not a positive number, or no duration
+            keeps it that could be found.
     """
     _refuse(maneuver, peak)
     search = _Search(maneuver, peak)
@@ -94,6 +96,7 @@ def shortest(maneuver: Maneuver, peak: float, gap: float = 1e-6, node_limit: int
 
 
 def _refuse(maneuver: Maneuver, peak: float) -> None:
+    refuse_other(maneuver, Maneuver)
     if isinstance(peak, bool) or not isinstance(peak, int | float) or not 0 < peak < math.inf:
         raise SpecError(f"peak: was {peak!r}, must be a finite number above zero")
     walls_only(maneuver, "the least duration")

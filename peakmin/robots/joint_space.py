@@ -76,9 +76,17 @@ class Flood:
         found = np.kron(self.found, np.ones((2, 2), dtype=self.found.dtype))
         return _decided(Flood(self.workspace, found))
 
-    def way(self, ends: tuple[Array, ...], elbow: float | None = None) -> Array | None:
-        """Configurations (k, 2) from cell to FREE neighbour, on which the centre of mass goes the shortest way."""
+    def way(
+        self, ends: tuple[Array, ...], elbow: float | None = None, limits: tuple[float, float] | None = None
+    ) -> Array | None:
+        """Configurations (k, 2) from cell to FREE neighbour, on which the centre of mass goes the shortest way.
+
+        limits: of joint 2 [rad], which cells in the middle of the way keep.
+        """
         free, m = self.found == FREE, self.cells
+        if limits is not None:
+            bent = np.mod(self.middles - self.middles[:, None] - limits[0], 2 * np.pi) + limits[0]
+            free &= bent <= limits[1]
         if elbow is not None:
             free &= self.sheet(elbow)
         for end in ends:
@@ -150,6 +158,15 @@ class JointWay:
         eased = np.where(t < 0.5, 2 * t**2, 1 - 2 * (1 - t) ** 2)
         places = PchipInterpolator(self.shares[every], self.workspace.chain.centre(self.angles[every]))(eased)
         return Polynomial(CubicSpline(t * self.duration, places, bc_type="clamped"))
+
+    def timed(self, pieces: int) -> Array:
+        """Joint angles (pieces+1, 2) at even times along it, speeding up half of the time, without jumps."""
+        joints = np.diff(np.unwrap(self.angles, axis=0), axis=1, prepend=0.0)
+        size = np.abs(np.diff(joints, axis=0)).sum(axis=1) + 1e-9
+        shares = np.concatenate([[0.0], np.cumsum(size) / np.sum(size)])
+        s = np.linspace(0, 1, pieces + 1)
+        eased = np.where(s < 0.5, 2 * s * s, 1 - 2 * (1 - s) ** 2)
+        return np.stack([np.interp(eased, shares, column) for column in joints.T], axis=1)
 
     @property
     def turns(self) -> list[tuple[float, float, float]]:

@@ -7,32 +7,27 @@ path (`peakmin.robots.kinematics.Pair`). With e'(a) = (-sin a, cos a),
     c_i e'(theta_i) theta_i'' + c_j e'(theta_j) theta_j''
         = r'' + sum_all c e(theta) theta'^2 - sum_k c_k e'(theta_k) theta_k''
 
-Base force, base moment and joint torques of a planar arm without gravity, by inverse dynamics.
-
-With the centre of link m at r_m and inertia I_m about it, the joint k must exert on what lies beyond it
-
-    tau_k = sum_{m>=k} ( I_m theta_m'' + (r_m - joint_k) x m_m r_m'' )  + the payload's  (tip - joint_k) x payload tip''
-
-tau_1 is the base moment, and the base force is  sum m_m r_m'' = m u  whatever the inertias.
+Torques are those of `peakmin.robots.dynamics`; tau_1 is the base moment, and the base force is  sum m_m r_m'' = m u
+whatever the inertias.
 """
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline, PPoly
 
 from ..geometry.trajectory import Trajectory
 from ..types import Array
+from .dynamics import inverse_dynamics
+from .joint_motion import JointMotion
 from .kinematics import Chain, Pair, unit
 
 STRAIGHT = 1e-6  # |sin delta| below which speeds are taken a little beside the instant
 BESIDE = 1e-6  # of the duration
-CLOSER, PLACES = 4, 20  # rounds of looking closer; places, and instants at each
 GRID = 2000  # samples that the turns of the angles are counted along
 
 
@@ -184,67 +179,11 @@ class JointPath:
         return np.asarray(out)
 
 
-def steadiest(chain: Chain, start: Array, goal: Array) -> tuple[tuple[int, int], float] | None:
-    """The pair of links, and its elbow, whose angle stays furthest from a straight line on the straight way from start
-    to goal in joint space, shape (n,) each; None where every pair turns over.
-    """
-    way = start + np.linspace(0, 1, 101)[:, None] * (goal - start)
-    best, found = 1e-6, None
-    for i, j in itertools.combinations(range(chain.links), 2):
-        bend = np.sin(way[:, j] - way[:, i]) * min(chain.c[i], chain.c[j])
-        if np.all(bend > 0) or np.all(bend < 0):
-            room = float(np.min(np.abs(bend)))
-            if room > best:
-                best, found = room, ((i, j), float(np.sign(bend[0])))
-    return found
-
-
-def closely(path: JointPath) -> Array:
-    """Instants [s] at which limits and speeds are looked at: close together where any joint's angle or speed is
-    largest, and where two links are nearly straight.
-
-    Angles have no bounded speed there, so a grid would miss their peaks.
-    """
-    t = np.union1d(np.linspace(0, path.duration, 2 * GRID + 1), path.motion.nodes)
-    for _ in range(CLOSER):
-        theta, rates, _ = path.rates(t)
-        straight = -np.abs(np.sin(theta[:, path.pair[1]] - theta[:, path.pair[0]]))
-        angles, speeds = path.angles(t), np.abs(np.diff(rates, axis=-1, prepend=0.0))
-        every = np.column_stack([straight, speeds, angles, -angles])
-        order = np.concatenate([_highest(column) for column in every.T])
-        low, high = t[np.maximum(order - 1, 0)], t[np.minimum(order + 1, len(t) - 1)]
-        t = np.union1d(t, np.linspace(low, high, PLACES))
-    return t
-
-
-def _highest(x: Array) -> NDArray[np.intp]:
-    """The largest local maxima of samples (m,), their indices: at most so many."""
-    before, after = np.append(-np.inf, x[:-1]), np.append(x[1:], -np.inf)
-    there = np.flatnonzero((x >= before) & (x >= after))
-    return there[np.argsort(-x[there], kind="stable")[:PLACES]]
-
-
-def torques(path: JointPath, t: ArrayLike) -> Array:
+def torques(path: JointPath | JointMotion, t: ArrayLike) -> Array:
     """tau [N m] at t [s], shape (...) -> (..., n); at a node those of the hold that begins there."""
-    chain = path.chain
-    theta, first, second = path.rates(t)
-    along = unit(theta)
-    across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-    turned = second[..., None] * across - first[..., None] ** 2 * along  # e''
-    joints, accelerations = chain.joints(theta), np.cumsum(chain.length[:, None] * turned, axis=-2)
-    accelerations = np.concatenate([np.zeros_like(accelerations[..., :1, :]), accelerations], axis=-2)
-    places = joints[..., :-1, :] + chain.com[:, None] * along
-    forces = chain.mass[:, None] * (accelerations[..., :-1, :] + chain.com[:, None] * turned)
-    out = np.zeros_like(theta)
-    for k in range(chain.links):
-        arm = places[..., k:, :] - joints[..., k : k + 1, :]
-        load = forces[..., k:, :]
-        moments = chain.inertia[k:] * second[..., k:] + arm[..., 0] * load[..., 1] - arm[..., 1] * load[..., 0]
-        tip, last = joints[..., -1, :] - joints[..., k, :], chain.payload * accelerations[..., -1, :]
-        out[..., k] = np.sum(moments, axis=-1) + tip[..., 0] * last[..., 1] - tip[..., 1] * last[..., 0]
-    return out
+    return inverse_dynamics(path.chain, *path.rates(t))
 
 
-def base_moment(path: JointPath, t: ArrayLike) -> Array:
+def base_moment(path: JointPath | JointMotion, t: ArrayLike) -> Array:
     """Moment about the first joint that the base exerts on the arm [N m], shape (...)."""
     return np.asarray(torques(path, t)[..., 0])

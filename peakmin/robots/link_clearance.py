@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..types import Array
+from .joint_motion import JointMotion
 from .joints import JointPath
 from .workspace import Workspace
 
@@ -39,14 +41,14 @@ class LinkClearance:
         return max(workspace.margin - self.least, -self.within - 2 * EDGE * workspace.size, 0.0)
 
 
-def link_clearance(workspace: Workspace, path: JointPath) -> LinkClearance:
+def link_clearance(workspace: Workspace, path: JointPath | JointMotion) -> LinkClearance:
     """The distance of every link from every obstacle over the motion, to a millionth of the arm.
 
     Where it is less than the margin it is found less exactly.
 
     On an interval a link is no nearer than it is at the middle less what it may move there, `Workspace.swept`.
     """
-    within, calm = reach_clearance(path), steady(path)
+    within, calm = (math.inf, True) if isinstance(path, JointMotion) else (reach_clearance(path), steady(path))
     if not workspace.obstacles:
         return LinkClearance(np.inf, 0.0, within, calm)
     cuts = np.union1d(np.linspace(0, path.duration, FIRST + 1), path.changes)

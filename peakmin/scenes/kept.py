@@ -26,12 +26,16 @@ CHORDS = 20_000  # of a continuous control's path; what bends between them is ch
 
 @dataclass(frozen=True)
 class Excess:
-    """What is not kept: the entry of the spec, by how much of which unit, and the same in words."""
+    """What is not kept: the entry of the spec, by how much of which unit, and the same in words.
+
+    stated: whether the spec has that entry, or it is what counts where it has none.
+    """
 
     field: str
     amount: float
     unit: str
     words: str
+    stated: bool = True
 
 
 @dataclass(frozen=True)

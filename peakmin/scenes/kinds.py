@@ -11,7 +11,10 @@ import numpy as np
 from ..geometry.trajectory import Trajectory
 from ..proofs.bounds import Proof
 from ..proofs.double_integrator import PointMass
-from ..robots.joints import JointPath, closely
+from ..robots.dynamics import PlanarRobot
+from ..robots.extremes import Extremes, extremes
+from ..robots.joint_motion import JointMotion
+from ..robots.joints import JointPath
 from ..robots.link_clearance import LinkClearance, link_clearance
 from ..robots.workspace import Workspace
 from ..spec.arm import ANGLE, ArmManeuver, postures
@@ -29,6 +32,10 @@ Motion = TypeVar("Motion", contravariant=True)
 Why = TypeVar("Why", contravariant=True)
 PointProof = Proof | BlockProof | ListedProof
 
+LIMITED, UNITS = ("max_speed", "max_acceleration", "max_torque"), ("rad/s", "rad/s^2", "N m")
+TIMES = 10.0  # what the straight motion of the joints needs: the most where an arm states nothing
+INSTANTS = 400  # of the straight motion
+GRAIN, TINY = 1e-9, 1e-12  # relative and absolute: rounding errors of a joint at its limit
 LANDED = 1e-5  # rad: close to a stretched arm angles go with the root of a distance
 
 
@@ -67,9 +74,10 @@ class Setting(Protocol[Motion, Why]):
 
 @dataclass(frozen=True)
 class ArmKept(Kept):
-    """clear: the distances that are behind it."""
+    """clear: the distances that are behind it;  extremes: what the joints do at most."""
 
     clear: LinkClearance
+    extremes: Extremes
 
 
 @dataclass(frozen=True)
@@ -146,20 +154,20 @@ class ArmScene:
         """Every free start configuration with every free goal configuration, by their indices."""
         return {one.indices: one for one in passages(self.task, self.workspace)}
 
-    def centre(self, motion: JointPath) -> Trajectory:
+    def centre(self, motion: JointMotion | JointPath) -> Trajectory:
         return motion.motion
 
-    def joins(self, motion: JointPath, indices: tuple[int, int]) -> bool:
+    def joins(self, motion: JointMotion | JointPath, indices: tuple[int, int]) -> bool:
         """Full turns of the start included, up to full turns of the goal."""
         begun = np.max(np.abs(motion.absolute(0.0) - self.passages[indices].theta[0])) < LANDED
         wanted, last = postures(self.task.arm, self.task.goal), motion.absolute(motion.duration)
         apart = [np.abs((last - one + np.pi) % (2 * np.pi) - np.pi) for one in wanted]
         return bool(begun) and min(float(np.max(one)) for one in apart) < LANDED
 
-    def kept(self, motion: JointPath) -> ArmKept:
-        clear = link_clearance(self.workspace, motion)
+    def kept(self, motion: JointMotion | JointPath) -> ArmKept:
+        clear, most = link_clearance(self.workspace, motion), extremes(motion)
         out = [] if clear.short(self.workspace) == 0 else [_too_close(clear, self.workspace)]
-        return ArmKept(clear.least, clear.at, (*out, *beyond_limits(self.task, motion)), clear)
+        return ArmKept(clear.least, clear.at, (*out, *beyond_limits(self.task, motion, most)), clear, most)
 
     def impossible(self) -> Impossible | None:
         return None
@@ -178,25 +186,68 @@ def _too_close(clear: LinkClearance, workspace: Workspace) -> Excess:
     return Excess("arm", short, "m", f"arm: the path leaves its reach by {-clear.within:.6g} m")
 
 
-def beyond_limits(task: ArmManeuver, path: JointPath) -> list[Excess]:
-    """Joint limits and speeds that a motion does not keep, looked at closely where each joint's are largest."""
-    if all(link.limits is None and link.max_speed is None for link in task.arm.links):
-        return []
-    t = closely(path)
-    angles, rates = path.angles(t), np.diff(path.rates(t)[1], axis=-1, prepend=0.0)
+@dataclass(frozen=True)
+class Allowed:
+    """What the joints may do, (n,) each: |q'| [rad/s], |q''| [rad/s^2], |tau| [N m].
+
+    Where the arm states nothing it is TIMES what the straight motion of the joints, a quintic from rest to rest, asks
+    of that joint which it asks most of.
+    """
+
+    speed: Array
+    acceleration: Array
+    torque: Array
+
+
+def allowed(task: ArmManeuver, begin: Array, end: Array) -> Allowed:
+    """For motions from one configuration to another, joint angles (n,) each.
+
+    q = q_0 + (q_1 - q_0) (10 s^3 - 15 s^4 + 6 s^5), s = t/T, has |q'| <= 15/8 |dq|/T and |q''| <= 10/sqrt(3) |dq|/T^2.
+    """
+    T, turn, robot = task.duration, end - begin, PlanarRobot(task.arm.chain)
+    s = np.linspace(0, 1, INSTANTS + 1)[:, None]
+    way = (
+        begin + turn * s**3 * (10 - 15 * s + 6 * s**2),
+        turn * 30 * s**2 * (1 - s) ** 2 / T,
+        turn * 60 * s * (1 - s) * (1 - 2 * s) / T**2,
+    )
+    asked = (15 / 8 * np.abs(turn) / T, 10 / 3**0.5 * np.abs(turn) / T**2, np.abs(robot.torques(way)))
+    stated = [[getattr(link, name) for link in task.arm.links] for name in LIMITED]
+    return Allowed(
+        *(
+            np.array([TIMES * float(np.max(most)) if own is None else own for own in every])
+            for most, every in zip(asked, stated, strict=True)
+        )
+    )
+
+
+def beyond_limits(task: ArmManeuver, motion: JointMotion | JointPath, found: Extremes) -> list[Excess]:
+    """What of the joints' limits, and of the bound on the base moment, a motion does not keep at some instant."""
+    return beyond(task, motion.angles(0.0), motion.angles(motion.duration), found)
+
+
+def beyond(task: ArmManeuver, begin: Array, end: Array, found: Extremes) -> list[Excess]:
+    """The same of what joints do at most from one configuration to another, joint angles (n,) each."""
     out = []
     for k, link in enumerate(task.arm.links):
-        low, high = float(np.min(angles[:, k])), float(np.max(angles[:, k]))
+        low, high = float(found.low[k]), float(found.high[k])
         if link.limits is not None and not (link.limits[0] - ANGLE <= low and high <= link.limits[1] + ANGLE):
             most = max(link.limits[0] - low, high - link.limits[1])
             name = f"arm.links[{k}].limits"
             out.append(Excess(name, most, "rad", f"{name}: the joint goes from {low:.6g} to {high:.6g} rad"))
-        fastest = float(np.max(np.abs(rates[:, k])))
-        if link.max_speed is not None and fastest > link.max_speed:
-            name = f"arm.links[{k}].max_speed"
-            out.append(
-                Excess(name, fastest - link.max_speed, "rad/s", f"{name}: the joint reaches {fastest:.3g} rad/s")
-            )
+    may = allowed(task, begin, end)
+    for name, what, unit in zip(LIMITED, ("speed", "acceleration", "torque"), UNITS, strict=True):
+        reached, most = getattr(found, what), getattr(may, what)
+        for k in np.flatnonzero(~(reached <= most * (1 + GRAIN) + TINY)).tolist():
+            field, at = f"arm.links[{k}].{name}", float(found.when[what][k])
+            stated = getattr(task.arm.links[k], name) is not None
+            why = "" if stated else f", above {most[k]:.3g} (not given: {TIMES:g} times the straight joint motion's)"
+            size = f"{reached[k]:.4g} {unit}" if np.isfinite(reached[k]) else f"no bounded {what}"
+            said = f"{field}: the joint reaches {size} about {at:.4g} s{why}"
+            out.append(Excess(field, float(reached[k] - most[k]), unit, said, stated))
+    if task.max_moment is not None and not found.moment <= task.max_moment * (1 + GRAIN):
+        said = f"max_moment: the base feels {found.moment:.6g} N m"
+        out.append(Excess("max_moment", found.moment - task.max_moment, "N m", said))
     return out
 
 

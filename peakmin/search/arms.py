@@ -22,7 +22,6 @@ from ..proofs.branch_and_bound import Certificate
 from ..proofs.double_integrator import PointMass
 from ..proofs.frontier import Frontier
 from ..robots.joint_space import Flood, JointWay, decisive_flood
-from ..robots.joints import JointPath
 from ..scenes.arm_proof import ArmProof, PassageProof, Touching
 from ..scenes.kinds import ArmScene
 from ..scenes.passages import Edge, Line, Looks, Order, Passage, Whole
@@ -30,8 +29,10 @@ from ..scenes.scene import Bounded
 from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver
 from ..spec.settings import GlobalSearch
+from ..types import Array
 from .course import Steered, steered
 from .job import Job
+from .planned import COARSE, Joints, Planner, with_proof
 from .redundant import redundant
 from .tree import Candidate, Effort, Tree, raised
 from .turns import turn_along, turn_on
@@ -64,10 +65,24 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
         progress=job.progress,
     )
     search = ArmSearch(scene, effort)
+    planner = Planner(scene, job, part(job.until), _floor(scene))
+    planned = planner.run(search.ways(), search.joined)
+    search.planned = min((one.peak for one in planned if one.kept and one.kept.passed), default=math.inf)
     search.run()
     proof = search.proof()
-    every = [plan_of(scene, settings, replace(one, proof=proof)) for one in search.motions(job)]
-    return min(every, key=lambda plan: (not plan.keeps, plan.peak))
+    every: list[Joints] = [*search.motions(job)]
+    every += [with_proof(one, proof, job, planner.steps, effort.boxes) for one in planned]
+    return best_plan([plan_of(scene, settings, replace(one, proof=proof)) for one in every])
+
+
+def best_plan(every: list[ArmPlan]) -> ArmPlan:
+    """The one that keeps all that was asked, then that of least peak."""
+    return min(every, key=lambda plan: (not plan.keeps, plan.kept is None or not plan.kept.passed, plan.peak))
+
+
+def _floor(scene: ArmScene) -> float:
+    """A peak [m/s^2] that no motion is below: 4 D / T^2, with D the least distance from a start to a goal."""
+    return 4 * min(one.length for one in scene.passages.values()) / scene.task.duration**2
 
 
 @dataclass
@@ -84,11 +99,11 @@ class ArmSearch:
     """The search over all passages of one task of a two-link arm.
 
     best: the best free motion met that keeps its elbow, with its passage, or None;  steered: one that was kept out of
-    everything node by node;  turned: one that turns its elbow over.
+    everything node by node;  turned: one that turns its elbow over;  planned: the peak of one that is known [m/s^2].
     """
 
     def __init__(self, scene: ArmScene, effort: Effort) -> None:
-        self.scene, self.effort = scene, effort
+        self.scene, self.effort, self.planned = scene, effort, math.inf
         self.best: tuple[Passage, Candidate[Order]] | None = None
         self.steered: Steered | None = None
         self.turned: Steered | None = None
@@ -101,7 +116,7 @@ class ArmSearch:
     def upper(self) -> float:
         """The least peak of a free motion that is known [m/s^2]."""
         kept = math.inf if self.best is None else self.best[1].peak
-        return min([kept, *(one.peak for one in (self.steered, self.turned) if one is not None)])
+        return min([kept, self.planned, *(one.peak for one in (self.steered, self.turned) if one is not None)])
 
     @property
     def _no(self) -> float:
@@ -117,13 +132,37 @@ class ArmSearch:
         """Why no motion has a smaller peak."""
         return ArmProof(tuple(self._proofs), self._flood.cells if self._parted and self._flood is not None else 0)
 
+    def _flooded(self) -> None:
+        """Joint space, looked at once, where something stands in the way."""
+        if self.scene.task.obstacles and self._flood is None:
+            ends = [(one.theta, one.elbow if one.keeps else None) for one in self.scene.passages.values()]
+            self._flood = decisive_flood(self.scene.workspace, ends, self.effort.until)
+
+    @property
+    def joined(self) -> list[Passage]:
+        """The passages whose motions are not proved impossible."""
+        self._flooded()
+        return [one for one in self.scene.passages.values() if self._joined(one)]
+
+    def ways(self) -> dict[tuple[int, int], list[Array]]:
+        """Ways of free joint angles (m+1, n) at even times, by the passage's indices; none without obstacles."""
+        self._flooded()
+        if self._flood is None:
+            return {}
+        limits, found = self.scene.task.arm.links[1].limits, {}
+        for passage in self.joined:
+            keeping = [passage.elbow] if passage.keeps else []
+            every = [self._flood.way(passage.theta, elbow, limits) for elbow in (None, *keeping)]
+            found[passage.indices] = [
+                JointWay(self.scene.workspace, way, self.scene.task.duration).timed(COARSE)
+                for way in every
+                if way is not None
+            ]
+        return found
+
     def run(self) -> None:
         """Search until the gap is reached or comes down no more, or until the effort is over."""
-        every = list(self.scene.passages.values())
-        if self.scene.task.obstacles:
-            ends = [(one.theta, one.elbow if one.keeps else None) for one in every]
-            self._flood = decisive_flood(self.scene.workspace, ends, self.effort.until)
-        joined = [one for one in every if self._joined(one)]
+        every, joined = list(self.scene.passages.values()), self.joined
         kept = [one for one in joined if one.keeps and self._joined(one, one.elbow)]
         self._parted = len(joined) < len(every) or any(one.keeps and one not in kept for one in joined)
         trees = {one.indices: GapTree(one.whole if self._alone(one) else one, self.effort) for one in kept}
@@ -174,7 +213,7 @@ class ArmSearch:
         trunks = [None if tree is None else tree.root.trunk.branch() for tree in (kept, whole)]
         return PassageProof(passage.indices, trunks[0], tuple(arc.proof for arc in own), trunks[1])
 
-    def motions(self, job: Job) -> Iterator[Found[JointPath]]:
+    def motions(self, job: Job) -> Iterator[Joints]:
         """The settings' control of every motion that was met; one without motion where none was."""
         kept = self.best or self._nearest
         any_motion = False
@@ -197,7 +236,7 @@ class ArmSearch:
             none = np.zeros(len(crossing.walls))
             yield Found(crossing, none, None, math.inf, job.made(self.effort.boxes), indices=passage.indices)
 
-    def _finer(self, one: Steered, job: Job) -> Found[JointPath]:
+    def _finer(self, one: Steered, job: Job) -> Joints:
         """The settings' control of a motion that is kept out of everything node by node."""
         settings = job.settings
         circle = settings.circle.facing(Frame.from_maneuver(one.course.past).angle)

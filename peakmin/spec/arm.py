@@ -31,8 +31,10 @@ class Link(Model):
         com: distance of its centre of mass from its first joint, along it [m]; default half its length.
         inertia: about its centre of mass [kg m^2]; default that of a uniform rod, mass length^2 / 12.
         half_width: how far its matter reaches to either side [m].
-        limits: least and largest joint angle [rad], checked on the result.
-        max_speed: bound on the joint's speed [rad/s], checked on the result.
+        limits: least and largest joint angle [rad].
+        max_speed, max_acceleration, max_torque: bounds on the joint's speed [rad/s], acceleration [rad/s^2] and torque
+            [N m]. Where one is missing a plan may not ask for more than ten times what the straight motion of the
+            joints needs.
     """
 
     length: Positive
@@ -42,6 +44,8 @@ class Link(Model):
     half_width: Annotated[Number, Field(ge=0)] = 0.0
     limits: tuple[Number, Number] | None = None
     max_speed: Positive | None = None
+    max_acceleration: Positive | None = None
+    max_torque: Positive | None = None
 
     @property
     def centre(self) -> float:
@@ -131,6 +135,8 @@ class ArmTask(Task):
         obstacles: polygons in the workspace that no link may touch.
         margin: distance [m] that every link keeps from them.
         max_peak: optional bound on the centre of mass's acceleration [m/s^2].
+        max_moment: optional bound on the moment about the first joint that the base feels [N m].
+        then: "moment": of the motions within 1 % of the least peak the one with about the least base moment.
     """
 
     kind: ClassVar[str] = "arm"
@@ -138,6 +144,8 @@ class ArmTask(Task):
     start: Pose
     goal: Pose
     obstacles: Blocks = ()
+    max_moment: Positive | None = None
+    then: Literal["moment"] | None = None
 
     @model_validator(mode="after")
     def _plain_blocks(self) -> ArmTask:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +16,7 @@ MOST_PARTS = 5_000_000  # lists and objects of a document: each takes some hundr
 MOST_DEEP = 500  # one in another; less than what Python and pydantic follow
 MOST_KEYS = 1000  # of one object: each that is not known costs pydantic a finding
 WHOLE = "the document"
+STDIN = "-"  # for a file's name
 KINDS = {  # of files, by the entry that tells, with the verb that reads them
     "digest": ("plan", "verify"),
     "base": ("study file", "study"),
@@ -56,7 +58,12 @@ def named(path: str | Path) -> Iterator[None]:
         yield
     except SpecError as error:
         said = str(error)
-        raise SpecError(f"{path}{said.removeprefix(WHOLE)}" if said.startswith(WHOLE + ":") else said) from None
+        raise SpecError(f"{called(path)}{said.removeprefix(WHOLE)}" if said.startswith(WHOLE + ":") else said) from None
+
+
+def called(path: str | Path) -> str:
+    """A file's name as it is said: "stdin" for -."""
+    return "stdin" if str(path) == STDIN else str(path)
 
 
 def of_kind(data: Mapping[str, object], wanted: str) -> None:
@@ -68,14 +75,19 @@ def of_kind(data: Mapping[str, object], wanted: str) -> None:
 
 
 def read_file(path: str | Path) -> bytes:
-    """A file's bytes. Raises `SpecError` with one line when it cannot be read or is too large."""
+    """A file's bytes, those of stdin for -. Raises `SpecError` with one line when it cannot be read or is too large."""
     try:
-        with open(path, "rb") as file:
-            text = file.read(MAX_FILE_BYTES + 1)
+        if str(path) == STDIN:
+            if sys.stdin is None:
+                raise ValueError("it is closed")
+            text = sys.stdin.buffer.read(MAX_FILE_BYTES + 1)
+        else:
+            with open(path, "rb") as file:
+                text = file.read(MAX_FILE_BYTES + 1)
     except (OSError, ValueError) as error:  # a path with a NUL is the latter
-        raise SpecError(f"{path}: cannot be read ({getattr(error, 'strerror', error)})") from None
+        raise SpecError(f"{called(path)}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
     if len(text) > MAX_FILE_BYTES:
-        raise SpecError(f"{path}: was over {MAX_FILE_BYTES // 2**20} MiB, must be smaller")
+        raise SpecError(f"{called(path)}: was over {MAX_FILE_BYTES // 2**20} MiB, must be smaller")
     return text
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
+from PIL import Image
 
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
@@ -21,7 +21,9 @@ from .style import BLACK, BLUE, ORANGE, RED, STYLE, Look
 if TYPE_CHECKING:
     from .pyplot import Artist, Axes
 
-FRAMES, SECOND = 48, 12  # of a GIF, and how many of them a second
+FEW, MANY = 48, 240  # frames of a GIF, where it lasts long enough and is not too long
+SECOND = 12  # frames a second, between those
+SHORTEST, LONGEST = 2, 65_535  # that a frame can last [s / 100]: viewers take less for a tenth of a second
 SIZE, DPI = (10, 4.6), 70
 POINT_ARROW, ARM_ARROW = 0.2, 0.25  # of the picture and of the arm's reach: how long arrows are at the peak
 LAST = 1 - 1e-9  # of the duration: the last instant at which a held control still acts
@@ -29,33 +31,51 @@ POINT: Look = {"linestyle": "none", "marker": "o", "zorder": 7}
 Scene = tuple[Sequence["Artist"], Callable[[int], None]]  # what moves, and what shows its frame k
 
 
-def gif(set_up: Callable[[Axes, Axes], Scene], frames: int) -> bytes:
-    """A GIF of two panels.
+def frames_of(duration: float) -> int:
+    """How many frames a GIF of a motion so long [s] has."""
+    return int(max(2, min(max(FEW, SECOND * duration), MANY, 100 * duration // SHORTEST)))
+
+
+def lasting(duration: float, frames: int) -> list[int]:
+    """How long each frame is shown [s / 100]: together as long as the motion [s], as far as a GIF can state it."""
+    ends = [round(100 * duration * k / frames) for k in range(frames + 1)]
+    return [min(max(end - begin, SHORTEST), LONGEST) for begin, end in zip(ends, ends[1:], strict=False)]
+
+
+def gif(set_up: Callable[[Axes, Axes], Scene], duration: float, frames: int) -> bytes:
+    """A GIF of two panels in real time, with a clock above the first.
 
     What stands still is drawn once and is the background of all frames: ten times as fast as drawing it in each.
 
     Args:
         set_up: draws what stands still on them, and gives what moves and how to show its frame k.
+        duration: of the motion [s], whose frames are at equal intervals from its start to its end.
     """
-    with plt.rc_context(STYLE), TemporaryDirectory() as folder:
+    t, digits = np.linspace(0, duration, frames), max(2 - math.floor(math.log10(duration)), 0)
+    with plt.rc_context(STYLE):
         figure, panels = plt.subplots(1, 2, figsize=SIZE, dpi=DPI)
         moving, show = set_up(*panels)
-        _show(moving, False)
+        clock = panels[0].text(0.5, 1.02, f"t = {duration:.{digits}f} s", ha="center", transform=panels[0].transAxes)
+        figure.draw_without_rendering()  # lays all of it out, the clock too
+        figure.set_layout_engine("none")
+        _show([*moving, clock], False)
         figure.savefig(drawn := io.BytesIO(), format="rgba", dpi=DPI)
         width, height = figure.canvas.get_width_height()
-        figure.set_layout_engine("none")
         figure.figimage(np.frombuffer(drawn.getvalue(), np.uint8).reshape(height, width, 4), zorder=-1)
         for ax in panels:
             ax.set_axis_off()
             _show(ax.get_children(), False)
-        _show(moving, True)
-        writer, file = plt.PillowWriter(fps=SECOND), Path(folder) / "film.gif"
-        with writer.saving(figure, str(file), DPI):
-            for k in range(frames):
-                show(k)
-                writer.grab_frame()
+        _show([*moving, clock], True)
+        shots = []
+        for k in range(frames):
+            show(k)
+            clock.set_text(f"t = {t[k]:.{digits}f} s")
+            figure.savefig(drawn := io.BytesIO(), format="rgba", dpi=DPI)
+            shots.append(Image.frombytes("RGBA", (width, height), drawn.getvalue()).convert("RGB"))
         plt.close(figure)
-        return file.read_bytes()
+    film, lasts = io.BytesIO(), [10 * one for one in lasting(duration, frames)]  # Pillow counts in milliseconds
+    shots[0].save(film, format="GIF", save_all=True, append_images=shots[1:], duration=lasts, loop=0)
+    return film.getvalue()
 
 
 def _show(artists: Iterable[Artist], seen: bool) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -51,11 +52,13 @@ def headless() -> None:
 
 
 @contextmanager
-def bar(name: str) -> Iterator[Progress | None]:
-    """A bar on stderr when that is a terminal, nothing otherwise."""
+def bar(name: str, stopped: threading.Event | None = None) -> Iterator[Progress | None]:
+    """A bar on stderr when that is a terminal, nothing otherwise; full at the end, unless that came by `stopped`."""
     if sys.stderr is None or not sys.stderr.isatty():
         yield None
         return
     with Bar(console=Console(stderr=True), transient=True) as shown:
         task = shown.add_task(name, total=None)
         yield lambda done, total: shown.update(task, completed=done, total=total)
+        if stopped is None or not stopped.is_set():  # a search may be done before all that it had room for
+            shown.update(task, completed=1, total=1)

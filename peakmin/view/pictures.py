@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ..plan.plan import Plan
-from .animation import FRAMES, gif
+from .animation import frames_of, gif
 from .kinds import kind_of
 from .style import sheet
 
@@ -33,12 +33,19 @@ def figures(plan: Plan) -> dict[str, Figure]:
     return {"plan": overview(plan), **each}
 
 
-def animate(plan: Plan, frames: int = FRAMES) -> bytes:
+def animate(plan: Plan, frames: int | None = None) -> bytes:
     """A plan in motion, as a GIF: the centre of mass with its control arrow, or the arm with its base force.
+
+    It lasts as long as the motion, as far as a GIF can state it, and shows the time.
+
+    Args:
+        frames: how many; by default twelve a second, within limits.
 
     Raises:
         ValueError: where the plan has no motion.
     """
     if plan.trajectory is None:
         raise ValueError(f"this plan is {plan.status}: it has no trajectory")
-    return gif(partial(kind_of(plan).scene, plan, frames), frames)
+    duration = plan.maneuver.duration
+    frames = frames_of(duration) if frames is None else frames
+    return gif(partial(kind_of(plan).scene, plan, frames), duration, frames)

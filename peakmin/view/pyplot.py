@@ -10,7 +10,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from matplotlib.animation import PillowWriter
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
         "Axes",
         "FancyBboxPatch",
         "Figure",
-        "PillowWriter",
         "RcKeyType",
         "close",
         "rc_context",
@@ -31,7 +29,7 @@ if TYPE_CHECKING:
         "switch_backend",
     ]
 else:
-    ELSEWHERE = {"PillowWriter": "animation", "FancyBboxPatch": "patches"}  # in matplotlib than in its pyplot
+    ELSEWHERE = {"FancyBboxPatch": "patches"}  # in matplotlib than in its pyplot
 
     def __getattr__(name: str) -> object:
         return getattr(import_module(f"matplotlib.{ELSEWHERE.get(name, 'pyplot')}"), name)

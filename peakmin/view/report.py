@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -47,8 +48,20 @@ def page(plan: Plan, title: str = "peakmin") -> str:
         words=describe(plan),
         pictures={name.replace("_", " "): base64.b64encode(png(figure)).decode() for name, figure in drawn.items()},
         found=verify(plan.to_json()),
-        spec=json.dumps(plan.document()["spec"], indent=2),
+        spec=list(_entries("", plan.document()["spec"])),
     )
+
+
+def _entries(path: str, value: object) -> Iterator[tuple[str, str]]:
+    """The entries of a spec and their values as JSON; lists of numbers are one value."""
+    if isinstance(value, dict) and value:
+        for key, part in value.items():
+            yield from _entries(f"{path}.{key}".removeprefix("."), part)
+    elif isinstance(value, list) and any(isinstance(part, dict) for part in value):
+        for i, part in enumerate(value):
+            yield from _entries(f"{path}[{i}]", part)
+    else:
+        yield path, json.dumps(value, ensure_ascii=False)
 
 
 def _rows(plan: Plan) -> list[Row]:

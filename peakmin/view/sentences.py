@@ -7,12 +7,10 @@ import math
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
 from ..plan.reason import not_kept
-from ..spec.arm import ArmManeuver
 from ..spec.control_set import Disc
 from ..spec.obstacles import Block
 from ..spec.settings import Exact
 
-TURNS = 2  # further round than that, an angle may have been meant in degrees
 KEPT = 1e-6  # of the reach that a path leaves [m], or more, is spoken
 
 
@@ -86,7 +84,26 @@ def arm_facts(plan: ArmPlan) -> list[str]:
     if math.isfinite(plan.clearance):
         near = _near(plan, ": ", "a link is inside")
         lines.append(line("clearance", f"{plan.clearance:.6g} m of every link at every instant{near}"))
-    return [*lines, *_arm_fails(plan), *_far_round(plan.maneuver)]
+    return [*lines, *_joint_peaks(plan), *_arm_fails(plan)]
+
+
+def _joint_peaks(plan: ArmPlan) -> list[str]:
+    """What the base and every joint feel and do at most at any instant, beside their limits; how near to singular."""
+    found = plan.extremes
+    if found is None:
+        return []
+    bound = "" if plan.maneuver.max_moment is None else f" of {plan.maneuver.max_moment:.4g}"
+    lines = [line("base moment", f"{found.moment:.5g}{bound} N m at most")]
+    for k, link in enumerate(plan.maneuver.arm.links):
+        said = [f"{found.low[k]:.4g} to {found.high[k]:.4g} rad"]
+        for size, most, unit in (
+            (found.speed[k], link.max_speed, "rad/s"),
+            (found.acceleration[k], link.max_acceleration, "rad/s²"),
+            (found.torque[k], link.max_torque, "N m"),
+        ):
+            said.append(f"{size:.4g}{'' if most is None else f' of {most:.4g}'} {unit}")
+        lines.append(line(f"joint {k + 1}", ", ".join(said)))
+    return [*lines, line("singular", f"{found.singular:.3g} m from it at least (of dc/dq)")]
 
 
 def _arm_fails(plan: ArmPlan) -> list[str]:
@@ -97,8 +114,6 @@ def _arm_fails(plan: ArmPlan) -> list[str]:
     if clear is not None and not clear.steady:
         lines.append(line("joints", "jump where the folded arm passes its base"))
     lines += [line("not kept", one) for one in plan.exceeded]
-    if plan.status == "unknown" and plan.joints is not None and plan.joints.chain.links > 2:
-        lines.append(line("way", "three and more links follow the straight way only; obstacles do not bend it"))
     if math.isinf(plan.lower_bound):
         lines.append(line("closed", "obstacles and reach leave no way from start to goal (proved)"))
     elif plan.joints is None:
@@ -106,20 +121,13 @@ def _arm_fails(plan: ArmPlan) -> list[str]:
     return lines
 
 
-def _far_round(task: ArmManeuver) -> list[str]:
-    """Joint angles that look like degrees, a line each."""
-    poses = (("start", task.start), ("goal", task.goal))
-    angles = [(f"{name}.joints[{i}]", q) for name, pose in poses for i, q in enumerate(pose.joints or ())]
-    angles += [(f"arm.links[{i}].limits", q) for i, link in enumerate(task.arm.links) for q in link.limits or ()]
-    far = [(field, q) for field, q in angles if abs(q) > TURNS * math.tau]
-    return [line("radians", f"{field} is {q:g} rad, {abs(q) / math.tau:.3g} turns") for field, q in far]
-
-
 def arm_tries(plan: ArmPlan) -> list[str]:
     """Changes of what was asked that may help a motion that does not keep it."""
     tries = {
         "limits": "wider limits, the other elbow, or other poses",
         "max_speed": "a larger max_speed, or a longer duration",
+        "max_acceleration": "a larger max_acceleration, or a longer duration",
+        "max_torque": "a larger max_torque, or a longer duration",
     }
     return [text for name, text in tries.items() if any(f".{name}:" in one for one in plan.exceeded)]
 

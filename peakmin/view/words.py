@@ -14,7 +14,7 @@ from ..plan.reason import stopped
 from ..queries.simulate import Simulation
 from ..queries.study.table import Study
 from ..search.sweep import Sweep
-from .hints import advice
+from .hints import advice, units
 from .kinds import kind_of
 from .sentences import line
 
@@ -36,7 +36,7 @@ def facts(plan: Plan) -> str:
     """The plan in words: its answer, what it keeps, what is unknown and what to try."""
     kind = kind_of(plan)
     found = [line("try" if k else "unknown", one) for k, one in enumerate(advice(plan))]
-    return "\n".join([*_answer(plan, kind.bounded(plan)), *kind.facts(plan), *found])
+    return "\n".join([*_answer(plan, kind.bounded(plan)), *kind.facts(plan), *units(plan.maneuver), *found])
 
 
 def _answer(plan: Plan, bounded: str) -> list[str]:

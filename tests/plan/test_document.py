@@ -140,7 +140,7 @@ def test_the_schema_accepts_plans_and_nothing_that_misses_a_key(name):
     [
         {"extra": 1},
         {"version": 1},
-        {"version": 3},
+        {"version": 4},
         {"kind": "wall"},
         {"status": "optimal"},
         {"scope": "some"},

@@ -57,7 +57,7 @@ def written(request):
         {"times": [0.0, 1.0]},
         {"extra": 1},
         {"version": 1},
-        {"version": 3},
+        {"version": 4},
         {"spec": {}},
         {"scope": "some"},
         {"multipliers": [[1, 2]]},

@@ -397,8 +397,8 @@ def version_1(name):
 
 
 def test_versions_are_whole_numbers_that_are_known():
-    for version in (0, 3, 1.0, 2.0, True, "1", None, [1]):
-        with pytest.raises(pm.SpecError, match=r"^version: was .*, must be 1 or 2 \(the versions so far\)$"):
+    for version in (0, 4, 1.0, 2.0, True, "1", None, [1]):
+        with pytest.raises(pm.SpecError, match=r"^version: was .*, must be 1, 2 or 3 \(the versions so far\)$"):
             stated(json.dumps({"version": version}))
     data = written(pm.Direct())
     as_it_is, new = stated(json.dumps(data))
@@ -409,7 +409,7 @@ def test_versions_are_whole_numbers_that_are_known():
 def test_files_of_version_1_become_what_they_are_in_version_2():
     data, new = stated((VERSION_1 / "general_problem.json").read_text())
     assert data == version_1("general_problem")
-    assert (new["version"], new["kind"], new["costate"]) == (2, "point", None)
+    assert (new["version"], new["kind"], new["costate"]) == (3, "point", None)
     assert new["proof"] == {"kind": "walls", "leaves": data["proof"]}
     assert [wall["tip"] for wall in new["walls"]] == [[0.5, 0.5]]
     data, new = stated((VERSION_1 / "wide_box.json").read_text())

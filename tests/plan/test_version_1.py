@@ -25,9 +25,10 @@ def test_files_of_version_1_are_verified(file):
     far = data["status"] == "solved" and data["gap"] > 0.05  # "solved" told nothing of the gap then
     assert found.plan.status == ("feasible" if far else data["status"])
     again = json.loads(found.plan.to_json())
-    assert again["version"] == 2
+    assert again["version"] == 3
     assert (again["peak"], again["lower_bound"]) == (data["peak"], data["lower_bound"])
-    assert pm.verify(json.dumps(again)).passed
+    # what joints may do at most where a spec states nothing is asked since version 3
+    assert pm.verify(json.dumps(again)).passed == (found.plan.kept is None or found.plan.kept.passed)
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)

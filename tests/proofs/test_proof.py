@@ -61,7 +61,7 @@ def test_box_bounds_hold_everywhere_in_the_box(seed):
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("seed", range(0, 12, 1 if ALL else 3))
+@pytest.mark.parametrize("seed", range(12) if ALL else (3, 6))
 def test_saddle_bounds_hold_everywhere_in_the_box(seed):
     """Against the optimum itself at times all over the box, with good multipliers and with any."""
     rng = np.random.default_rng(seed)
@@ -108,7 +108,7 @@ EVERY = [(walls, seed) for walls in (2, 3) for seed in range(6)]
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize(("walls", "seed"), EVERY if ALL else [(2, 1), (2, 2), (3, 0), (3, 4)])
+@pytest.mark.parametrize(("walls", "seed"), EVERY if ALL else [(2, 1), (2, 5), (3, 0)])
 def test_more_walls_state_what_is_left_of_the_gap(walls, seed):
     mass = PointMass.of(maneuver(seed, walls=walls))
     found = least_over_times(mass, 1e-4, node_limit=60)

@@ -1,5 +1,6 @@
 """Explanations: the entries named do conflict, none of them is idle, and every change that is offered was solved."""
 
+import functools
 import json
 import math
 import re
@@ -15,7 +16,7 @@ from peakmin.deadline import after
 from peakmin.proofs.branch_and_bound import least_over_times
 from peakmin.queries.explain import why_not
 from peakmin.queries.point_reasons import PointReasons
-from peakmin.queries.repairs import Trials, upwards
+from peakmin.queries.repairs import Trials, downwards, upwards
 from peakmin.scenes.impossible import impossible, least_way
 from peakmin.search.solve import solve
 from peakmin.spec.spec import read_spec
@@ -60,19 +61,29 @@ CASES = {
 SLOW = ("one of two walls", "speed", "speed past a wall", "region")
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.no_cover if name in SLOW else ()) for name in CASES]
-)
-def test_conflicts_and_repairs(name, monkeypatch):
+@functools.cache
+def explained(name):
+    """The plan of a case, its explanation made, and the plans that were tried for it."""
     tried = {}
 
     def told(task, *settings, **stopped):
         tried[task] = solve(task, *settings, **stopped)
         return tried[task]
 
-    monkeypatch.setattr("peakmin.queries.repairs.solve", told)
-    asked, conflict, repaired = CASES[name]
-    plan = pm.solve(asked, COARSE if asked.simple else HELD)
+    asked = CASES[name][0]
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("peakmin.queries.repairs.solve", told)
+        plan = pm.solve(asked, COARSE if asked.simple else HELD)
+        assert plan.explanation
+    return plan, tried
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.no_cover if name in SLOW else ()) for name in CASES]
+)
+def test_conflicts_and_repairs(name):
+    _, conflict, repaired = CASES[name]
+    plan, tried = explained(name)
     assert plan.status == "infeasible"
     assert pm.verify(plan.to_json()).passed
     why = plan.explanation
@@ -88,7 +99,7 @@ def test_conflicts_and_repairs(name, monkeypatch):
 
 
 def test_changes_are_as_small_as_they_get():
-    why = pm.solve(maneuver(max_peak=5), COARSE).explanation
+    why = explained("peak")[0].explanation
     least = {one.field: one for one in why.repairs}
     free = pm.solve(maneuver(), COARSE).peak
     assert least["max_peak"].maneuver.max_peak == pytest.approx(free, rel=1e-2)
@@ -177,6 +188,33 @@ def test_an_explanation_keeps_its_time():
 @pytest.mark.parametrize(("x", "up"), [(1.2643, 1.27), (8.537415, 8.54), (0.03091, 0.031), (1.0, 1.0), (99.91, 100.0)])
 def test_numbers_are_rounded_up(x, up):
     assert upwards(x) == up
+
+
+@pytest.mark.parametrize(
+    ("x", "down"), [(1.2643, 1.26), (0.12499999, 0.124), (0.125, 0.125), (0.1 + 0.2, 0.3), (99.99, 99.9), (0.0, 0.0)]
+)
+def test_numbers_are_rounded_down(x, down):
+    assert downwards(x) == down
+
+
+@pytest.mark.parametrize("gap", [0.25, 0.28])
+def test_the_widest_margin_that_leaves_a_way_comes_first(gap):
+    """Of two blocks that close the region by their margin it is nearly half the gap, and below it."""
+    pair = [
+        pm.Block(vertices=[(1.4, -1), (1.6, -1), (1.6, -0.1), (1.4, -0.1)]),
+        pm.Block(vertices=[(1.4, gap - 0.1), (1.6, gap - 0.1), (1.6, 1), (1.4, 1)]),
+    ]
+    region = [(-0.5, -1), (3.5, -1), (3.5, 1), (-0.5, 1)]
+    asked = maneuver(goal=pm.State(position=(3, 0)), duration=4, obstacles=pair, region=region, margin=0.16)
+    began = time.perf_counter()
+    why = pm.explain(asked, COARSE)
+    assert time.perf_counter() - began < 10
+    assert set(why.conflict) == {"obstacles[0]", "obstacles[1]", "region", "margin"}
+    first = why.repairs[0]
+    assert first.text == f"margin 0.16 m is too wide: {first.maneuver.margin:g} m would do"
+    assert 0.96 * gap / 2 < first.maneuver.margin < gap / 2
+    assert pm.solve(first.maneuver, COARSE.model_copy(update={"time_limit": 4})).status == "solved"
+    assert "obstacles[0]" in {one.field for one in why.repairs}
 
 
 def test_the_terminal_says_why(tmp_path, capsys):

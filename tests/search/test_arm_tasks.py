@@ -13,7 +13,7 @@ from tests.conftest import ALL
 from tests.random_arms import TASKS, task
 
 pytestmark = pytest.mark.no_cover
-SEEDS, SETTINGS = (range(TASKS), pm.Settings()) if ALL else (range(24, TASKS, 12), pm.Settings(node_limit=60))
+SEEDS, SETTINGS = (range(TASKS), pm.Settings()) if ALL else (range(24, TASKS, 24), pm.Settings(node_limit=60))
 
 
 def momentum(plan, t):

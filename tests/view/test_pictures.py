@@ -12,7 +12,7 @@ from PIL import Image
 import peakmin as pm
 from peakmin import paper
 from peakmin.errors import SpecError
-from peakmin.view import curves, maps, paths, pictures, sketches
+from peakmin.view import animation, curves, maps, paths, pictures, sketches
 from peakmin.view.style import WALL, png, sheet
 from tests.conftest import least, wall_maneuver
 
@@ -313,3 +313,36 @@ def test_an_animation_has_a_frame_for_each_instant_and_things_move_in_it(kind):
     assert not plt.get_fignums()
     with pytest.raises(ValueError, match="no trajectory"):
         pictures.animate(unmoved(plan))
+
+
+def test_a_clock_goes_where_nothing_else_moves():
+    plan = pm.solve(pm.Maneuver(start=pm.State(position=(1, 1)), goal=pm.State(position=(1, 1)), duration=3.0))
+    picture, left = Image.open(io.BytesIO(pictures.animate(plan, frames=4))), []
+    for k in range(picture.n_frames):
+        picture.seek(k)
+        shot = np.asarray(picture.convert("RGB"))
+        left.append(shot[:, : shot.shape[1] // 2].copy())
+    assert len(left) == 4
+    assert all(np.any(a != b) for a, b in zip(left, left[1:], strict=False))
+
+
+def test_an_animation_lasts_as_long_as_the_motion():
+    plan = pm.solve(wall_maneuver(duration=1.37))
+    picture, lasts = Image.open(io.BytesIO(pictures.animate(plan))), []
+    for k in range(picture.n_frames):
+        picture.seek(k)
+        lasts.append(picture.info["duration"])
+    assert sum(lasts) == 1370
+    assert len(lasts) == 48
+
+
+@pytest.mark.parametrize(
+    ("duration", "frames", "whole"),
+    [(1e-9, 2, 4), (0.1, 5, 10), (1 / 3, 16, 33), (5.0, 60, 500), (600.0, 240, 60_000), (1e9, 240, 240 * 65_535)],
+)
+def test_frames_add_up_to_the_motion_as_far_as_a_gif_can_say(duration, frames, whole):
+    assert animation.frames_of(duration) == frames
+    lasts = animation.lasting(duration, frames)
+    assert len(lasts) == frames
+    assert sum(lasts) == whole
+    assert 2 <= min(lasts) <= max(lasts) <= 65_535

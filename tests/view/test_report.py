@@ -25,13 +25,34 @@ def text_of(text, key):
     return html.unescape(re.search(rf'id="{key}"[^>]*>(.*?)<', text, re.S)[1])
 
 
+def entries(text):
+    """The table of the spec: values by path."""
+    table = re.search(r'<table id="spec">(.*?)</table>', text, re.S)[1]
+    rows = re.findall(r"<tr><th>(.*?)</th><td[^>]*>(.*?)</td></tr>", table)
+    return {path: json.loads(html.unescape(value)) for path, value in rows}
+
+
+def spec_of(text):
+    """The spec that its table's rows make."""
+    whole = {}
+    for path, value in entries(text).items():
+        *way, last = re.findall(r"[^.\[\]]+", path)
+        here = whole
+        for key in way:
+            here = here.setdefault(key, {})
+        here[last] = value
+    whole["maneuver"]["obstacles"] = list(whole["maneuver"].get("obstacles", {}).values())
+    return pm.Spec(**whole)
+
+
 def test_the_page_says_what_the_plan_says():
     plan = pm.solve(MANEUVER)
     shown = page(plan, title="<a wall> & more")
     assert text_of(shown, "status") == "solved"
     assert float(text_of(shown, "peak")) == pytest.approx(plan.peak, rel=1e-8)
     assert float(text_of(shown, "lower_bound")) == pytest.approx(plan.lower_bound, rel=1e-8)
-    assert pm.Spec(**json.loads(text_of(shown, "spec"))).maneuver == MANEUVER
+    assert spec_of(shown).maneuver == MANEUVER
+    assert entries(shown)["maneuver.obstacles[0].tip"] == [0.5, 0.5]
     assert "verified" in shown
     assert "<a wall>" not in shown
     assert shown.count("<img") == 1

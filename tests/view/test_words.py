@@ -10,7 +10,7 @@ import peakmin as pm
 from peakmin import files
 from peakmin.plan.reason import reason
 from peakmin.queries.study.table import Study
-from peakmin.view import words
+from peakmin.view import hints, words
 from tests.conftest import wall_maneuver
 from tests.view.test_pictures import arm_plan
 
@@ -97,3 +97,20 @@ def test_sweeps_and_plans_are_the_same_table_as_their_numbers():
     assert [json.loads(f"[{row}]") for row in rows] == np.column_stack(
         [t, found.best.position(t), found.best.velocity(t), found.best.acceleration(t)]
     ).tolist()
+
+
+def test_units_that_may_not_be_meant_are_pointed_out():
+    link = {"length": 1.0, "mass": 1.0}
+    ends = {"start": pm.Pose(joints=(0.1, 6.29)), "goal": pm.Pose(joints=(0.5, -6.28)), "duration": 1.0}
+    links = [pm.Link(**link | {"length": 400.0}, max_speed=90.0), pm.Link(**link, max_speed=20.0)]
+    assert hints.units(pm.ArmManeuver(arm=pm.Arm(links=[pm.Link(**link)] * 2), **ends | {"start": ends["goal"]})) == []
+    assert [one.split(maxsplit=1)[1] for one in hints.units(pm.ArmManeuver(arm=pm.Arm(links=links), **ends))] == [
+        "start.joints[1] is 6.29 rad, 1 turns",
+        "arm.links[0].max_speed is 90 rad/s, 14.3 turns a second: not degrees?",
+        "arm.links[0].length is 400 m: not mm?",
+    ]
+    far = wall_maneuver(goal=pm.State(position=(300, 400)), obstacles=())
+    assert hints.units(far) == ["  metres          start and goal are 500 m apart, 2e+03 m/s² in 1 s: not mm?"]
+    assert hints.units(far.model_copy(update={"duration": 100.0})) == []
+    assert hints.units(wall_maneuver()) == []
+    assert "not mm?" in words.facts(pm.solve(far))

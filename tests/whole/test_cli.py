@@ -1,12 +1,17 @@
+import io
 import json
+import os
+import re
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
 
 import peakmin as pm
 from peakmin import cli
+from peakmin.view import output
 from tests.robots.test_flood import between_bars
 from tests.search.test_scenes import assert_free
 
@@ -223,3 +228,58 @@ def test_a_number_of_very_many_digits_is_called_so(tmp_path, capsys):
     status, _, err = call(capsys, "solve", path)
     assert status == 2
     assert err == f"peakmin: {path}: was one with a number of too many digits, must have at most 4300\n"
+
+
+def test_the_version_is_the_package_s(capsys):
+    assert call(capsys, "--version") == (0, f"peakmin {pm.__version__}\n", "")
+
+
+@pytest.mark.parametrize("verb", ["solve", "explain", "sweep", "verify"])
+def test_a_file_may_come_by_stdin(verb, spec, capsys, monkeypatch):
+    path = spec(obstacles=[{"kind": "wall", "tip": [0.5, 0.2]}])
+    if verb == "verify":
+        path.write_text(pm.solve(pm.Spec.read(path).task).to_json())
+    beside = call(capsys, verb, path)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(path.read_bytes())))
+    status, out, err = call(capsys, verb, "-")
+    assert (status, err) == (0, "")
+    assert out.splitlines()[:4] == beside[1].splitlines()[:4]
+    for given, said in ((b"{", "peakmin: stdin: was not JSON"), (b"", "peakmin: stdin: was not JSON")):
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(given)))
+        status, out, err = call(capsys, verb, "-")
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert err.startswith(said)
+    monkeypatch.setattr("sys.stdin", None)
+    assert call(capsys, verb, "-") == (2, "", "peakmin: stdin: cannot be read (it is closed)\n")
+
+
+def test_a_shell_is_told_the_verbs():
+    asked = {"_PEAKMIN_COMPLETE": "complete_bash", "COMP_WORDS": "peakmin ex", "COMP_CWORD": "1"}
+    code = "from peakmin.cli import main; main()"
+    child = [sys.executable, "-c", code]
+    found = subprocess.run(child, capture_output=True, text=True, timeout=60, check=True, env=os.environ | asked)
+    assert found.stdout.split() == ["explain", "export"]
+    home = os.environ | {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
+    found = subprocess.run([*child, "--show-completion", "bash"], capture_output=True, text=True, timeout=60, env=home)
+    assert found.returncode == 0
+    assert "_PEAKMIN_COMPLETE=complete_bash" in found.stdout
+
+
+def test_the_bar_is_full_at_the_end_unless_it_is_stopped(monkeypatch):
+    for stop, last in ((False, 100), (True, 40)):
+        screen = io.StringIO()
+        screen.isatty = lambda: True
+        monkeypatch.setattr("sys.stderr", screen)
+        monkeypatch.setenv("TERM", "xterm")
+        stopped = threading.Event()
+        with output.bar("solve", stopped) as progress:
+            progress(40, 100)
+            if stop:
+                stopped.set()
+        assert int(re.findall(r"(\d+)%", screen.getvalue())[-1]) == last
+
+
+def test_the_shortest_is_of_centres_of_mass():
+    arm = pm.ArmSpec.read(EXAMPLES[0].parent / "two_link.json").task
+    with pytest.raises(pm.SpecError, match=r"^maneuver: was a ArmManeuver, must be a peakmin\.Maneuver$"):
+        pm.shortest(arm, 1.0)

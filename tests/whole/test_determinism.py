@@ -45,4 +45,4 @@ def runs():
 def test_the_same_spec_gives_the_same_bytes(runs, name):
     first, second = runs[name]
     assert first == second
-    assert first.startswith('{"version": 2, ')
+    assert first.startswith('{"version": 3, ')

@@ -91,17 +91,17 @@ def test_other_versions_of_specs_are_refused_with_the_reason(plans, version):
         assert version not in (0, 2) or "1 (the only version so far)" in str(error.value)
 
 
-@pytest.mark.parametrize("version", [0, 3, -1, 1.0, 2.0, True, "2", None, [2]])
+@pytest.mark.parametrize("version", [0, 4, -1, 1.0, 2.0, True, "2", None, [2]])
 def test_other_versions_of_plans_are_refused_with_the_reason(plans, version):
     for data in plans.values():
         for read in (pm.verify, pm.Plan.from_json, pm.ArmPlan.from_json):
-            with pytest.raises(SpecError, match=r"^version: was .*, must be 1 or 2 \(the versions so far\)$"):
+            with pytest.raises(SpecError, match=r"^version: was .*, must be 1, 2 or 3 \(the versions so far\)$"):
                 read(json.dumps({**data, "version": version}))
 
 
 def test_every_file_says_its_version(plans):
     for data in plans.values():
-        assert (data["version"], data["spec"]["version"]) == (2, 1)
+        assert (data["version"], data["spec"]["version"]) == (3, 1)
     assert json.loads(pm.sweep(wall_maneuver(), SETTINGS, times=[0.5]).to_json())["version"] == 1
 
 

@@ -93,7 +93,7 @@ def test_every_verb_prints_one_document_with_every_solver(specs, tmp_path):
         calls += [(verb, point, "--json") for verb in ("sweep", "budget", "explain")]
         calls += [("solve", arm, "--json")]
     calls += [("solve", arm, "--out", out, "--no-gif", "--json"), ("compare", arm, "--json")]
-    calls += [("simulate", out / "plan.json", "--json")]
+    calls += [("simulate", out / "plan.json", "--json"), ("export", out / "plan.json", "--format", "joint_trajectory")]
     base = json.loads(specs["HIGHS"][0].read_text())
     study = written(tmp_path / "study.json", {"base": base, "grid": {"settings.solver": list(specs)}})
     calls += [("study", study, "--workers", "1", "--out", tmp_path / "rows.csv", "--json"), ("schema",)]

@@ -1,0 +1,242 @@
+"""An arm's motions planned in joint space: from several first motions, with fewer holds, then the best with more."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..deadline import over
+from ..plan.found import Found
+from ..programs.joint_step import Limits
+from ..robots.dynamics import PlanarRobot
+from ..robots.joint_motion import JointMotion
+from ..robots.joints import JointPath
+from ..scenes.arm_proof import ArmProof
+from ..scenes.kept import Excess
+from ..scenes.kinds import ArmScene, allowed
+from ..scenes.passages import Passage
+from ..types import Array
+from .job import Job
+from .joint_space import COST, JointSearch, bang
+
+COARSE, FINE = 40, 80  # holds: of what is looked for, and of the answer
+BENT, TRIED, WIDE = 120, 4, 1.2  # bent first motions: how many are looked at, tried, and how far they bend [rad]
+BEST = 3  # motions that are made finer
+ALIKE = 1e-3  # relative
+MENDED = 5  # rounds in which what a motion does not keep between instants is asked more of
+MORE = 1.5  # times what is missing
+
+
+Joints = Found[JointMotion | JointPath]
+
+
+@dataclass(frozen=True)
+class Way:
+    """A start of the planner: between which configurations, and joint angles (m+1, n) at even times."""
+
+    passage: Passage
+    angles: Array
+
+
+def ways(scene: ArmScene, passage: Passage, known: Iterator[Array]) -> Iterator[Way]:
+    """First motions from a start to a goal configuration: straight in the joints, the centre of mass's straight line
+    lifted to the joints, ways that are known, and bent ones.
+    """
+    begin = np.diff(passage.theta[0], prepend=0.0)
+    for goal in _goals(scene, begin, np.diff(passage.theta[1], prepend=0.0)):
+        s = bang(np.linspace(0, 1, COARSE + 1))[:, None]
+        yield Way(passage, begin + s * (goal - begin))
+        yield Way(passage, _lifted(scene, begin, goal, s))
+    for angles in known:
+        yield Way(passage, angles)
+
+
+def _goals(scene: ArmScene, begin: Array, goal: Array) -> list[Array]:
+    """The goal's joint angles, within limits: those nearest the start, and with one joint the other way round."""
+    links = scene.task.arm.links
+    options = []
+    for link, q, near in zip(links, goal.tolist(), begin.tolist(), strict=True):
+        low, high = link.limits or (-math.inf, math.inf)
+        every = [q + math.tau * (round((near - q) / math.tau) + k) for k in (-1, 0, 1)]
+        options.append(sorted((x for x in every if low - 1e-9 <= x <= high + 1e-9), key=lambda x: abs(x - near)))
+    if not all(options):
+        return []
+    first = np.array([each[0] for each in options])
+    found = [first]
+    for k, each in enumerate(options):
+        if len(each) > 1 and abs(each[1] - begin[k]) <= 1.5 * math.pi:
+            other = first.copy()
+            other[k] = each[1]
+            found.append(other)
+    return found
+
+
+def _lifted(scene: ArmScene, begin: Array, goal: Array, shares: Array) -> Array:
+    """Joint angles whose centre of mass goes about straight: q' = J+ (c_1 - c_0) + (1 - J+ J) towards the goal."""
+    robot = PlanarRobot(scene.workspace.chain)
+    step, q = robot.centre(goal) - robot.centre(begin), begin.copy()
+    places = [begin]
+    for a, b in zip(shares[:-1, 0], shares[1:, 0], strict=True):
+        jacobian, left = robot.jacobian(q), max(1 - a, 1e-9)
+        inverse = np.linalg.pinv(jacobian, rcond=0.05)
+        towards = (goal - q) / left
+        q = q + (b - a) * (inverse @ step + towards - inverse @ (jacobian @ towards))
+        places.append(q)
+    way = np.array(places)
+    way = way + shares * (goal - way[-1])
+    return way if np.max(np.abs(way - begin)) < 2 * math.pi else begin + shares * (goal - begin)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the planner has come to: accelerations (N, n) [scaled], peak [m/s^2] and what is missing at instants."""
+
+    way: Way
+    begin: Array
+    held: Array
+    peak: float
+    missing: float
+
+    @property
+    def order(self) -> tuple[bool, float, float]:
+        """The best first."""
+        return self.missing > 1e-6, self.missing if self.missing > 1e-6 else 0.0, self.peak
+
+
+class Planner:
+    """The planner of one task: all of its passages."""
+
+    def __init__(self, scene: ArmScene, job: Job, until: float, floor: float) -> None:
+        """floor: a peak [m/s^2] that no motion is below."""
+        self.scene, self.job, self.until, self.floor = scene, job, until, floor
+        self.steps = 0
+
+    def limits(self, begin: Array, end: Array, least: Limits | None = None) -> Limits:
+        """Those of the arm, in SI units; torques only where they are stated."""
+        links, may, inf = self.scene.task.arm.links, allowed(self.scene.task, begin, end), math.inf
+        torque = np.array([link.max_torque or inf for link in links])
+        if self.scene.task.max_moment is not None:
+            torque[0] = min(torque[0], self.scene.task.max_moment)
+        low, high = np.transpose([link.limits or (-inf, inf) for link in links])
+        return Limits(low, high, may.speed, may.acceleration, torque)
+
+    def search(self, begin: Array, end: Array, holds: int) -> JointSearch:
+        one = JointSearch(self.scene.workspace, self.scene.task.duration, self.limits(begin, end), holds, self.until)
+        one.room = 1e-4 * self.scene.size if self.scene.task.obstacles else 0.0
+        return one
+
+    def run(self, known: dict[tuple[int, int], list[Array]], passages: list[Passage]) -> list[Joints]:
+        """The best motions, each with what it keeps, best first; empty where none was met.
+
+        known: ways of joint angles (m+1, n) at even times, by the passage's indices.
+        """
+        found: list[Motion] = []
+        first: JointSearch | None = None
+        scale = self.scene.size / self.scene.task.duration**2
+        cost = COST * max(self.floor / scale, 1e-3)
+        for passage in passages:
+            for way in self._every(passage, known.get(passage.indices, [])):
+                if over(self.until) and found:
+                    break
+                begin = way.angles[0]
+                # one program for all starts: limits that are not stated are those of the way that asks most
+                if first is None:
+                    first = self.search(begin, way.angles[-1], COARSE)
+                held = first.improved(begin, first.along(way.angles), cost, self.floor / scale)
+                found.append(Motion(way, begin, held, *first.score(begin, held)))
+                best = min(found, key=lambda one: one.order)
+                if best.missing <= 1e-6 and best.peak <= self.floor * (1 + 1e-3):
+                    break
+        self.steps += 0 if first is None else first.count
+        out: list[Joints] = []
+        for motion in _unlike(sorted(found, key=lambda one: one.order))[:BEST]:
+            if out and over(self.until):
+                break
+            made = self._finer(motion, cost)
+            if made is not None:
+                out.append(made)
+                if made.kept is not None and made.kept.passed and made.peak <= self.floor * (1 + 2e-3):
+                    break
+        return sorted(out, key=lambda one: (one.kept is None or not one.kept.passed, one.peak))
+
+    def _every(self, passage: Passage, known: list[Array]) -> Iterator[Way]:
+        every = list(ways(self.scene, passage, iter(known)))
+        yield from every
+        if not every:
+            return
+        straight, rng = every[0].angles, np.random.default_rng(0)
+        s = math.pi * bang(np.linspace(0, 1, COARSE + 1))[:, None]
+        look = self.search(straight[0], straight[-1], COARSE)
+        links = self.scene.task.arm.links
+        ranges = np.array([link.limits or (-math.inf, math.inf) for link in links])
+        bent: list[tuple[float, float, Array]] = []
+        for _ in range(BENT):
+            once, twice = rng.normal(size=(2, straight.shape[1])) * WIDE
+            angles = np.clip(straight + np.sin(s) * once + np.sin(2 * s) * twice / 2, *ranges.T)
+            peak, missing = look.score(angles[0], look.along(angles))
+            bent.append((missing, peak, angles))
+        bent.sort(key=lambda one: (round(one[0], 2), one[1]))
+        for _, _, angles in bent[:TRIED]:
+            yield Way(passage, angles)
+
+    def _finer(self, motion: Motion, cost: float) -> Joints | None:
+        """The same with more holds, as often as what it does not keep between instants asks for."""
+        begin, end = motion.begin, motion.way.angles[-1]
+        search = self.search(begin, end, FINE)
+        held = np.repeat(motion.held, FINE // COARSE, axis=0)
+        best: Joints | None = None
+        scale = self.scene.size / self.scene.task.duration**2
+        for _ in range(MENDED):
+            held = search.improved(begin, held, cost, self.floor / scale)
+            made = search.motion(begin, held)
+            kept = self.scene.kept(made)
+            now: Joints = Found(
+                motion.way.passage.maneuver,
+                np.zeros(0),
+                made,
+                made.peak[0],
+                self.job.made(0),
+                indices=motion.way.passage.indices,
+                kept=kept,
+            )
+            if best is None or (not kept.passed, made.peak[0]) < (best.kept is None or not best.kept.passed, best.peak):
+                best = now
+            if kept.passed or over(self.until):
+                break
+            search = self._stricter(search, kept.excesses, made)
+        self.steps += search.count
+        return best
+
+    def _stricter(self, search: JointSearch, excesses: tuple[Excess, ...], made: JointMotion) -> JointSearch:
+        """A search that asks more of what was not kept."""
+        limits, room = search.limits, search.room
+        for one in excesses:
+            if one.field == "obstacles":
+                room += MORE * one.amount
+            elif one.field.endswith("max_torque") or one.field == "max_moment":
+                k = int(one.field.split("[")[1].split("]")[0]) if "[" in one.field else 0
+                may = allowed(self.scene.task, made.begin, made.angles(made.duration)).torque[k]
+                if one.field == "max_moment" and self.scene.task.max_moment is not None:
+                    may = self.scene.task.max_moment
+                torque = limits.torque.copy()
+                torque[k] = min(torque[k], may) - MORE * min(one.amount, 0.1 * may)
+                limits = replace(limits, torque=torque)
+        return replace(search, limits=limits, room=room, _programs={})
+
+
+def _unlike(motions: list[Motion]) -> list[Motion]:
+    """Those that are not about as good as one before, which they mostly are the same as."""
+    out: list[Motion] = []
+    for one in motions:
+        if all(abs(one.peak / other.peak - 1) > ALIKE or one.missing > 1e-6 for other in out):
+            out.append(one)
+    return out
+
+
+def with_proof(found: Joints, proof: ArmProof, job: Job, steps: int, boxes: int) -> Joints:
+    """What was found, with what proves that there is no better one."""
+    made = job.made(boxes)
+    return replace(found, proof=proof, made=replace(made, solves=made.solves + steps, compilations=2))
