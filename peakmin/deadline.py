@@ -20,13 +20,17 @@ SHARE, MOST = 0.3, 1.5
 
 
 class Deadline(float):
-    """A `time.perf_counter()` value; `stopped`, once it is set, is the end of the time too."""
+    """A `time.perf_counter()` value; `stopped`, once it is set, is the end of the time too.
+
+    met: set when something was told that its time is over; the earlier deadlines that are parts of this one share it.
+    """
 
     stopped: threading.Event | None
+    met: threading.Event
 
-    def __new__(cls, at: float, stopped: threading.Event | None = None) -> Self:
+    def __new__(cls, at: float, stopped: threading.Event | None = None, met: threading.Event | None = None) -> Self:
         made = super().__new__(cls, at)
-        made.stopped = stopped
+        made.stopped, made.met = stopped, met or threading.Event()
         return made
 
 
@@ -47,7 +51,15 @@ def stopped_by(until: float) -> threading.Event | None:
 def over(until: float) -> bool:
     """Whether to come to an end."""
     stopped = stopped_by(until)
-    return (stopped is not None and stopped.is_set()) or time.perf_counter() > until
+    ended = (stopped is not None and stopped.is_set()) or time.perf_counter() > until
+    if ended and isinstance(until, Deadline):
+        until.met.set()
+    return ended
+
+
+def met(until: float) -> bool:
+    """Whether anything was told that its time is over, up to this deadline or an earlier one that is part of it."""
+    return isinstance(until, Deadline) and until.met.is_set()
 
 
 def left(until: float) -> float:
@@ -57,7 +69,10 @@ def left(until: float) -> float:
 
 def part(until: float) -> float:
     """An earlier deadline, which leaves some of the time."""
-    return Deadline(until - min(SHARE * left(until), MOST), stopped_by(until)) if math.isfinite(until) else until
+    if math.isinf(until):
+        return until
+    shared = until.met if isinstance(until, Deadline) else None
+    return Deadline(until - min(SHARE * left(until), MOST), stopped_by(until), shared)
 
 
 @contextmanager

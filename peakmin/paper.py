@@ -122,7 +122,9 @@ class Paper:
 def settings_for(segments: int, method: Bisection | None = BISECTION) -> Settings:
     """The paper's settings for n segments per quadrant; without a method, M as a variable."""
     chosen = {"method": method} if method else {}
-    return Settings(circle=Polygon(segments=segments), grid=Uniform(steps=HOLDS), search=SweepSearch(), **chosen)
+    return Settings(
+        circle=Polygon(segments=segments), grid=Uniform(steps=HOLDS), search=SweepSearch(), time_limit=None, **chosen
+    )
 
 
 def obstacle_nodes() -> Array:
@@ -149,7 +151,8 @@ def compute(progress: Progress | None = None) -> Paper:
         GENERAL, settings_for(1, None).model_copy(update={"circle": Disc()}), times=obstacle_nodes()[[found.winner]]
     ).best
     two_link = sweep(
-        TWO_LINK, Settings(circle=Polygon(segments=5), grid=Uniform(steps=200), search=SweepSearch(count=14))
+        TWO_LINK,
+        Settings(circle=Polygon(segments=5), grid=Uniform(steps=200), search=SweepSearch(count=14), time_limit=None),
     )
     if progress:
         progress(total, total)

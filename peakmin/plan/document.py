@@ -212,6 +212,7 @@ class MadeDocument(Model):
     nodes: Whole0
     seconds: Real
     versions: dict[str, str]
+    stopped: Switch
 
 
 class PlanDocument(Model):
@@ -401,6 +402,8 @@ def stated(text: str | bytes) -> tuple[Json, Json]:
 def _upgraded(data: Json) -> Json:
     """A document of an older version as one of the present, as far as it is one at all."""
     new = {"kind": "point", "costate": None, **data, "version": VERSION, **_graded(data)}
+    if isinstance(data.get("made"), dict):
+        new["made"] = {"stopped": False, **data["made"]}
     if new["kind"] == "arm":
         new |= dict.fromkeys(SINCE_3)
     if data["version"] == 2:

@@ -23,7 +23,10 @@ def _versions() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Made:
-    """How a plan was made: programs compiled and solved, boxes of obstacle times looked at, seconds, versions."""
+    """How a plan was made: programs compiled and solved, boxes of obstacle times looked at, seconds, versions.
+
+    stopped: whether the time limit, or Ctrl-C, ended any of it.
+    """
 
     solver: str
     compilations: int
@@ -31,6 +34,7 @@ class Made:
     nodes: int
     seconds: float
     versions: dict[str, str] = field(default_factory=lambda: dict(_versions()))
+    stopped: bool = False
 
 
 @dataclass(frozen=True)

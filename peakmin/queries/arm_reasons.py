@@ -110,7 +110,7 @@ def widened(task: ArmManeuver, trials: Trials, field: str, limit: Limit) -> Iter
     changed_so = with_link(task, k, **{name: value})
     if changed_so is not None and not trials.over:
         tried_out = trials.solve(changed_so)
-        if tried_out.status == "solved":
+        if tried_out.keeps:
             yield Repair(field, f"{said} would do", changed_so, tried_out.peak, cost)
 
 

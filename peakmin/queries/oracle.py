@@ -36,8 +36,7 @@ class Peaks:
     peak, lower_bound: [m/s^2], (m,), infinite and a bound where no control was found that keeps all that was asked;
     keeps: whether one was found, (m,);  obstacle_times: [s], (m, q), ending in NaN where past blocks fewer walls are
     put up than in another query;  queries: their maneuvers;  crossings: the same past the walls that the times belong
-    to;
-    multipliers: that prove each, (2+q, d), scaled.
+    to;  multipliers: that prove each, (2+q, d), scaled.
     """
 
     peak: Array

@@ -6,7 +6,7 @@ import threading
 import time
 from dataclasses import dataclass, field
 
-from ..deadline import after
+from ..deadline import after, met, over
 from ..geometry.trajectory import Trajectory
 from ..plan.found import Found, Made
 from ..programs.least_peak import LeastPeak
@@ -57,6 +57,7 @@ class Job:
             solves=sum(count.solves for count in counts),
             nodes=nodes,
             seconds=time.perf_counter() - self.began,
+            stopped=over(self.until) or met(self.until),
         )
 
     def at(

@@ -141,12 +141,14 @@ def _kept_out(scene: PointScene, job: Job, plan: Plan, one: WayClass | None = No
         return plan
     hold = Hold(scene, plan.crossing, job, one)
     found = hold.best(plan.obstacle_times / scene.task.duration)
-    if found is None:
-        return plan
     before = plan.made
     made = replace(
         job.made(before.nodes, hold.count),
         compilations=before.compilations + hold.count.compilations,
         solves=before.solves + hold.count.solves,
     )
+    if found is None:
+        ended = replace(plan, made=made)
+        vars(ended)["kept"] = plan.kept  # proved a moment ago
+        return ended
     return plan_of(scene, job.settings, replace(found, proof=plan.proof, made=made))

@@ -114,7 +114,7 @@ def sweep(
     """
     settings = settings or Settings()
     if isinstance(settings, Settings) and not isinstance(settings.search, SweepSearch):
-        settings = settings.model_copy(update={"search": SweepSearch()})
+        settings = settings.model_copy(update={"search": SweepSearch(accept=settings.search.accept)})
     refuse_other(maneuver, Maneuver)
     walls_only(maneuver, "a sweep")
     refuse_unfit(maneuver, settings)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ..deadline import SHARE
 from ..geometry.norm import length
 from ..plan.plan import Plan
 from ..spec.arm import ArmManeuver
@@ -78,7 +79,7 @@ def _long_links(task: ArmManeuver) -> list[str]:
 
 
 def _of_a_gap(plan: Plan) -> list[str]:
-    """Where the gap of a plan that keeps all is larger than asked for: what its bound misses, or what stopped it."""
+    """Where the gap is larger than asked for: what the bound does not know of, or what stopped the search."""
     search, more = plan.settings.search, _more_time(plan)
     if not isinstance(search, GlobalSearch) or plan.gap <= search.gap:
         return []
@@ -92,7 +93,7 @@ def _of_a_gap(plan: Plan) -> list[str]:
 def _more_time(plan: Plan) -> list[str]:
     """Limits that the search came to."""
     settings, made, out = plan.settings, plan.made, []
-    if settings.time_limit is not None and made.seconds >= NEARLY * settings.time_limit:
+    if made.stopped and settings.time_limit is not None and made.seconds >= (1 - SHARE) * settings.time_limit:
         out.append(f"a larger time_limit: {settings.time_limit:g} s were used up")
     if made.nodes >= NEARLY * settings.node_limit:
         out.append(f"a larger node_limit: {settings.node_limit} boxes were used up")

@@ -6,6 +6,7 @@ import math
 
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
+from ..plan.reason import not_kept
 from ..spec.control_set import Disc
 from ..spec.obstacles import Block
 from ..spec.settings import Exact
@@ -43,14 +44,6 @@ def point_facts(plan: Plan) -> list[str]:
     if not plan.keeps and plan.trajectory is not None:
         lines += [line("not kept", one) for one in not_kept(plan)]
     return lines
-
-
-def not_kept(plan: Plan) -> list[str]:
-    """What the path that was found does not keep of what was asked, in words."""
-    shown = plan.scene.impossible()
-    said = [] if shown is None else [f"{', '.join(shown.fields)}: {shown.because}"]
-    excesses = () if plan.kept is None else plan.kept.excesses
-    return said + [one.words for one in excesses if shown is None or one.field != "max_speed"]
 
 
 def point_tries(plan: Plan) -> list[str]:

@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..plan.plan import Plan
+from ..plan.reason import stopped
 from ..queries.simulate import Simulation
 from ..queries.study.table import Study
 from ..search.sweep import Sweep
@@ -39,9 +40,10 @@ def facts(plan: Plan) -> str:
 
 
 def _answer(plan: Plan, bounded: str) -> list[str]:
-    """Status, peak, max_peak, bound (of what) and gap."""
-    found = math.isfinite(plan.peak)
+    """Status, peak and gap, max_peak, bound (of what), gap, and the limit that ended the search."""
+    found, ended = math.isfinite(plan.peak), stopped(plan)
     head = f"peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N" if found else "no motion"
+    head += f", gap {plan.gap:.2e}" if plan.keeps else ""
     if plan.status == "infeasible":
         lines = [f"{plan.status}: nothing keeps all that was asked (proved)"]
         lines += [line("path found", f"{head}, does not keep it either")] if found else []
@@ -54,8 +56,10 @@ def _answer(plan: Plan, bounded: str) -> list[str]:
         lines.append(line("max_peak", f"{limit:.9g} m/s²: {proved}"))
     lines.append(line("lower bound", f"{plan.lower_bound:.9g} m/s² for {bounded}"))
     if found and plan.peak >= plan.lower_bound * (1 - 1e-9):
-        lines.append(line("gap", f"{plan.gap:.2e} of the peak"))
-    return lines
+        accept = plan.settings.search.accept
+        more = f", more than the {accept:g} accepted" if plan.status == "feasible" else ""
+        lines.append(line("gap", f"{plan.gap:.2e} of the peak{more}"))
+    return lines if ended is None else [*lines, line("stopped", ended)]
 
 
 def so_far(plan: Plan) -> str:
@@ -93,7 +97,7 @@ def study_table(study: Study) -> str:
         table.add_column(Text(name), justify="right", no_wrap=True)
     table.add_column(Text("T_obs [s]"), no_wrap=True)
     for row in study.rows[:ROWS]:
-        last = row["error"] or " ".join(f"{t:.4g}" for t in row["obstacle_times"] or [])
+        last = row["error"] or row["reason"] or " ".join(f"{t:.4g}" for t in row["obstacle_times"] or [])
         names = (*study.varied, "status", *FORMS)
         table.add_row(*(Text(_short(row[name], FORMS.get(name, ".6g"))) for name in names), Text(last))
     out = Console(file=io.StringIO(), width=100_000, color_system=None)  # no line is broken, no colour is set

@@ -252,7 +252,7 @@ def test_a_row_that_fails_is_a_row_and_is_tried_again(tmp_path, monkeypatch):
         grid={"maneuver.obstacles": [[closed[0], {**json.loads(closed[1].to_json()), "side": "left"}], []]},
     )
     rows = pm.study(shut, ONE).rows
-    assert {row["status"] for row in rows} <= {"failed", "solved", "unknown"}
+    assert {row["status"] for row in rows} <= {"failed", "solved", "feasible", "unknown"}
     assert rows[1]["status"] == "solved"
 
 
@@ -262,7 +262,7 @@ def test_tables(tmp_path):
         base=BASE, grid={"maneuver.max_peak": [1.0, 50.0], "settings.circle": [pm.Disc(), pm.Polygon(segments=1)]}
     )
     found = pm.study(studied, ONE, tmp_path / "t.parquet")
-    assert [row["status"] for row in found.rows] == ["infeasible"] * 2 + ["solved"] * 2
+    assert [row["status"] for row in found.rows] == ["infeasible"] * 2 + ["solved", "feasible"]
     assert found.answered
     whole = parquet.read_table(tmp_path / "t.parquet").to_pylist()
     lines = list(csv.DictReader(io.StringIO(found.to_csv())))
@@ -274,7 +274,26 @@ def test_tables(tmp_path):
     assert json.loads(found.to_json())["rows"] == json.loads(json.dumps(found.rows))
     assert found._repr_html_().count("<tr>") == 5
     assert "&quot;disc&quot;" in found._repr_html_()
-    assert repr(found) == "Study(4 rows: 2 infeasible, 2 solved)"
+    assert repr(found) == "Study(4 rows: 2 infeasible, 1 solved, 1 feasible)"
+
+
+def test_rows_that_keep_nothing_say_why(tmp_path):
+    """In words, in the table and in the CSV; the others say nothing."""
+    region = [[-0.1, -0.1], [1.1, -0.1], [1.1, 0.6], [-0.1, 0.6]]
+    asked = [{}, {"max_peak": 8.0}, {"max_peak": 8.54}, {"max_speed": 1.2}, {"region": region}]
+    specs = [pm.Spec(**{**BASE, "maneuver": {**BASE["maneuver"], **one}}) for one in asked]
+    found = pm.study(specs, ONE, tmp_path / "t.csv")
+    assert [row["status"] for row in found.rows] == ["solved", "infeasible", "unknown", "infeasible", "solved"]
+    reasons = [row["reason"] for row in found.rows]
+    assert reasons[0] is reasons[4] is None
+    bound = f"{found.rows[1]['lower_bound']:.6g} m/s²"
+    assert reasons[1] == f"max_peak: 8 m/s² is below {bound}, the least that any motion needs"
+    peak = f"{found.rows[2]['peak']:.6g} m/s²"
+    assert reasons[2] == f"max_peak: the path found has {peak} in place of 8.54; no peak is below {bound}"
+    assert reasons[3].startswith("max_speed, duration, obstacles[0]: ")
+    with open(tmp_path / "t.csv") as file:
+        assert [row["reason"] or None for row in csv.DictReader(file)] == reasons
+    assert not found.answered
 
 
 def test_stores_that_cannot_be_written_are_refused_before_anything_is_solved(tmp_path, monkeypatch):

@@ -343,7 +343,7 @@ def test_what_does_not_keep_all_is_never_called_least():
     rows = compare(plan)
     assert [row.name for row in rows] == ["plan", "joint quintic", "minimum jerk", "smooth C2, tuned"]
     assert all(row.excess.startswith("arm.links[1].max_speed: the joint reaches") for row in rows)
-    assert rows[1].excess.endswith("reaches 1.88 rad/s")  # 15/8 of the mean speed
+    assert rows[1].excess.endswith("reaches 1.875 rad/s about 1 s")  # 15/8 of the mean speed
     assert table(rows).count("arm.links[1].max_speed") == 4
 
 
@@ -477,7 +477,7 @@ def test_the_bound_knows_of_motions_through_the_base():
     chain = equal_shares().chain
     way = np.hypot(*(chain.centre(np.cumsum(start.joints)) - chain.centre(np.cumsum(goal.joints))))
     assert plan.lower_bound <= 4 * way * (1 + 1e-9)
-    assert plan.status == "solved"
+    assert plan.keeps
 
 
 @pytest.mark.parametrize("more", [0.0, 4e-4])
@@ -487,7 +487,7 @@ def test_joints_do_not_jump_over_the_base(more):
     ends = [pair.angles(np.array([x, 0.0]), 1.0) for x in (1.1, -0.6)]
     poses = [pm.Pose(joints=(a, b - a)) for a, b in ends]
     plan = pm.solve(pm.ArmManeuver(arm=arm, start=poses[0], goal=poses[1], duration=1.0))
-    assert plan.status == "solved"
+    assert plan.keeps
     theta = plan.joints.absolute(np.linspace(0, 1, 100_001))
     assert np.max(np.abs(np.diff(theta, axis=0))) < 0.05
     assert plan.gap < 0.1

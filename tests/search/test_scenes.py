@@ -75,7 +75,7 @@ def test_random_scenes(seeds):
             refused += 1
             continue
         assert plan.lower_bound <= plan.peak, seed
-        if plan.status == "solved":
+        if plan.keeps:
             solved += 1
             assert_free(plan)
     assert solved >= 0.9 * (len(seeds) - refused) - 1
@@ -120,7 +120,7 @@ def test_a_coarse_grid_would_cut_the_corner_between_its_nodes():
     assert not np.any(shapely.contains(inside, shapely.points(motion.node_position)))
     assert block_clearance(motion, corners) < -1e-4
     plan = pm.solve(maneuver, settings)
-    assert plan.status == "solved"
+    assert plan.keeps
     assert plan.clearance >= 0
     assert_free(plan)
 
@@ -201,9 +201,9 @@ def test_walls_that_hang_from_above_slits_and_walls_behind():
     with pytest.raises(pm.SpecError, match=r"obstacles\[1\].*opening"):
         wall_maneuver(obstacles=(pm.Wall(tip=(0.5, -0.2), direction=(0, 1)), pm.Wall(tip=(0.5, 0.2))))
     behind = pm.solve(wall_maneuver(obstacles=(pm.Wall(tip=(-0.2, 0.3)),)), pm.Settings(grid=pm.Aligned(steps=40)))
-    assert behind.status in ("solved", "unknown")
+    assert behind.status in ("solved", "feasible", "unknown")
     assert behind.lower_bound > 4.0
-    if behind.status == "solved":
+    if behind.keeps:
         assert behind.clearance >= 0
 
 
@@ -211,7 +211,7 @@ def test_a_line_met_again_below_its_tip_is_kept_from():
     """A fast start would pass below the tip, turn and come back over it."""
     fast = wall_maneuver(start=pm.State(position=(0, 0), velocity=(6, 0)), obstacles=(pm.Wall(tip=(0.5, 0.3)),))
     plan = pm.solve(fast, pm.Settings(grid=pm.Aligned(steps=40)))
-    assert plan.status == "solved"
+    assert plan.keeps
     assert plan.clearance >= 0
     assert plan.peak == pytest.approx(6**2 / (2 * 0.5), rel=1e-3)  # it must stop in front of the wall
     x = plan.position(np.linspace(0, plan.obstacle_times[0] - 1e-9, 2001))[:, 0]
@@ -222,7 +222,7 @@ def test_region_and_speed_are_kept_between_nodes():
     upward = pm.State(position=(0, 0), velocity=(0, 3))
     region = ((-0.1, -0.2), (1.1, -0.2), (1.1, 0.45), (-0.1, 0.45))
     plan = pm.solve(wall_maneuver(start=upward, obstacles=(), region=region), pm.Settings(grid=pm.Aligned(steps=20)))
-    assert plan.status == "solved"
+    assert plan.keeps
     assert np.max(plan.position(np.linspace(0, 1, 5001))[:, 1]) <= 0.45 + 1e-12
     slow = pm.solve(wall_maneuver(obstacles=(), max_speed=1.6))
     assert slow.status == "solved"
@@ -282,7 +282,7 @@ def test_a_region_and_a_speed_beside_a_block():
     settings = pm.Settings(grid=pm.Aligned(steps=24))
     for bound in ({"max_speed": 0.3}, {"region": ((-0.1, -1), (4.1, -1), (4.1, 0.36), (-0.1, 0.36))}):
         plan = pm.solve(past(square, **common, **bound), settings)
-        assert plan.status == "solved"
+        assert plan.keeps
         assert plan.lower_bound <= plan.peak
         assert_free(plan)
 

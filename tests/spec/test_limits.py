@@ -75,7 +75,7 @@ def test_time_limits_are_kept(monkeypatch, name, limit):
     plan = pm.solve(maneuver, pm.Settings(**settings, time_limit=limit))
     took = time.process_time() - began
     assert took <= max(1.2 * limit, limit + 0.5)
-    assert plan.status in ("solved", "unknown")
+    assert plan.status in ("solved", "feasible", "unknown")
     assert pm.verify(plan.to_json()).passed
     assert plan.lower_bound >= 0
 
@@ -95,6 +95,27 @@ def test_a_time_limit_is_kept_by_a_search_with_many_boxes(monkeypatch):
     plan = pm.solve(wall_maneuver(start=start, goal=goal, obstacles=walls), pm.Settings(time_limit=4.0))
     assert time.process_time() - began <= 1.2 * 4
     assert plan.made.nodes > 100
+
+
+def test_a_plan_says_whether_a_limit_ended_its_search():
+    """Whatever a part of it was told; not where it came to its own end."""
+    maneuver = OVER_UNDER_OVER.model_copy(update={"max_speed": 2.5})
+    ended = pm.solve(maneuver, pm.Settings(time_limit=0.2))
+    assert ended.made.stopped
+    assert pm.Plan.from_json(ended.to_json()).made.stopped
+    quick = pm.Settings(grid=pm.Aligned(steps=20))
+    for limit in (30.0, None):
+        assert not pm.solve(wall_maneuver(), quick.model_copy(update={"time_limit": limit})).made.stopped
+    now, later = deadline.after(-1.0), deadline.after(100.0)
+    early = deadline.part(later)
+    assert not deadline.met(now)
+    assert deadline.over(now)
+    assert deadline.met(now)
+    assert not deadline.over(early)
+    assert not deadline.met(early)
+    assert not deadline.met(np.inf)
+    early.met.set()
+    assert deadline.met(later)
 
 
 def test_what_is_left_of_a_long_search_is_used(monkeypatch):

@@ -8,13 +8,14 @@ import pytest
 
 import peakmin as pm
 from peakmin import files
+from peakmin.plan.reason import reason
 from peakmin.queries.study.table import Study
 from peakmin.view import hints, words
 from tests.conftest import wall_maneuver
 from tests.view.test_pictures import arm_plan
 
 ROW = {"spec": "0", "a": 1, "status": "solved", "peak": 8.5, "lower_bound": 8.25, "gap": 0.02941, "scope": "all"}
-ROW |= {"obstacle_times": [0.5, 0.75], "error": None}
+ROW |= {"obstacle_times": [0.5, 0.75], "reason": None, "error": None}
 
 
 def study(*rows):
@@ -54,6 +55,28 @@ def test_every_kind_of_plan_is_told_in_the_same_lines(kind):
     assert names[-1] == "made by"
     assert names.index("unknown") < names.index("try")
     assert all(line.startswith("  ") and line[16:18] == "  " for line in lines[1:])
+
+
+def test_the_first_line_has_the_gap_of_what_keeps_everything():
+    plan = pm.solve(wall_maneuver(), pm.Settings(grid=pm.Aligned(steps=10)))
+    for status, more in (("solved", ""), ("feasible", ", more than the 0.05 accepted")):
+        lines = words.describe(replace(plan, status=status)).splitlines()
+        assert lines[0] == (
+            f"{status}: peak {plan.peak:.9g} m/s², peak base force {plan.peak_force:.9g} N, gap {plan.gap:.2e}"
+        )
+        assert f"  gap             {plan.gap:.2e} of the peak{more}" in lines
+    assert "gap" not in words.describe(replace(plan, status="unknown")).splitlines()[0]
+
+
+def test_what_a_limit_left_of_the_gap_is_said():
+    plan = pm.solve(wall_maneuver(), pm.Settings(grid=pm.Aligned(steps=10)))
+    assert not any(line.startswith("  stopped") for line in words.describe(plan).splitlines())
+    ended = replace(plan, made=replace(plan.made, stopped=True, seconds=28.61))
+    assert f"  stopped         after 28.6 s with a gap of {plan.gap:.2e}" in words.describe(ended).splitlines()
+    none = replace(ended, trajectory=None, peak=np.inf, status="unknown")
+    assert "  stopped         after 28.6 s" in words.describe(none).splitlines()
+    assert reason(none) == f"no motion was found; no peak is below {plan.lower_bound:.6g} m/s²; stopped after 28.6 s"
+    assert reason(plan) is None
 
 
 def test_a_table_as_text_has_all_digits_and_quotes_what_must_be():

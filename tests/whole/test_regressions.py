@@ -124,7 +124,7 @@ def test_sweep_refuses_what_are_no_times(times):
 def test_extreme_units_answer_or_say_unknown(changes):
     far = wall_maneuver(**changes)
     plan = pm.sweep(far, times=[0.5 * far.duration]).best
-    assert plan.status in ("solved", "unknown")
+    assert plan.status in ("solved", "feasible", "unknown")
     assert plan.lower_bound <= plan.peak
 
 

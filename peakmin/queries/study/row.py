@@ -11,6 +11,7 @@ from typing import Literal, TypedDict
 
 from ...errors import PeakminError
 from ...plan.document import Status
+from ...plan.reason import reason
 from ...search.solve import solve
 from ...spec.reading import load
 from ...spec.spec import AnySpec, spec_of
@@ -21,7 +22,10 @@ _own = OfThread()  # of a worker; executors carry functions with their text only
 
 
 class Row(TypedDict):
-    """An answer in plain values, None where not known; "failed" where an exception ended it: see `error`."""
+    """An answer in plain values, None where not known.
+
+    reason: why it is infeasible or unknown;  error: of the exception that ended one that is "failed".
+    """
 
     status: Literal[Status, "failed"]
     peak: float | None  # [m/s^2]
@@ -34,6 +38,7 @@ class Row(TypedDict):
     solver: str | None
     compilations: int
     seconds: float | None
+    reason: str | None
     error: str | None
 
 
@@ -65,6 +70,7 @@ def solved_row(text: str) -> Row:
         solver=plan.made.solver,
         compilations=plan.made.compilations,
         seconds=time.perf_counter() - began,
+        reason=reason(plan),
         error=None,
     )
 
@@ -83,6 +89,7 @@ def failed(error: str, seconds: float | None = None) -> Row:
         solver=None,
         compilations=0,
         seconds=seconds,
+        reason=None,
         error=" ".join(error.split()),
     )
 

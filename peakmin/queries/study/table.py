@@ -13,21 +13,23 @@ import numpy as np
 
 from ... import files
 from ...errors import SpecError
+from ...plan.plan import KEEPS
 from ...types import Array, Json
 
 KINDS = (".csv", ".parquet")
 SHOWN = 60  # rows in a notebook
 NUMBERS = ("peak", "lower_bound", "gap", "peak_force", "clearance", "seconds")
-WORDS = ("spec", "status", "scope", "solver", "error")
+WORDS = ("spec", "status", "scope", "solver", "reason", "error")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Study:
     """One row for each problem, in the order asked for.
 
-    rows: `spec` (hash), the varied fields by path, `status` ("solved", "infeasible", "unknown", or "failed" where an
-        exception ended it: see `error`), `peak` and `lower_bound` [m/s^2], `gap`, `scope`, `peak_force` [N],
-        `obstacle_times` [s], `clearance` [m], `solver`, `compilations`, `seconds`, `error`; None where not known.
+    rows: `spec` (hash), the varied fields by path, `status` (a plan's, or "failed" where an exception
+        ended it), `peak` and `lower_bound` [m/s^2], `gap`, `scope`, `peak_force` [N], `obstacle_times` [s],
+        `clearance` [m], `solver`, `compilations`, `seconds`, `reason` (why it is infeasible or unknown), `error` (why
+        it failed); None where not known.
     varied: the paths of the fields that differ between rows.
     """
 
@@ -86,8 +88,8 @@ class Study:
 
     @property
     def answered(self) -> bool:
-        """Whether every problem has a motion that keeps what is asked, or is proved to have none."""
-        return {"solved", "feasible", "infeasible"}.issuperset(self._statuses)
+        """Whether for every problem there is a motion that keeps all that was asked, or a proof that there is none."""
+        return {*KEEPS, "infeasible"}.issuperset(self._statuses)
 
     def __repr__(self) -> str:
         counts = {status: sum(row["status"] == status for row in self.rows) for status in self._statuses}
