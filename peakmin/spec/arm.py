@@ -136,7 +136,6 @@ class ArmTask(Task):
         margin: distance [m] that every link keeps from them.
         max_peak: optional bound on the centre of mass's acceleration [m/s^2].
         max_moment: optional bound on the moment about the first joint that the base feels [N m].
-        then: "moment": of the motions within 1 % of the least peak the one with about the least base moment.
     """
 
     kind: ClassVar[str] = "arm"
@@ -145,7 +144,6 @@ class ArmTask(Task):
     goal: Pose
     obstacles: Blocks = ()
     max_moment: Positive | None = None
-    then: Literal["moment"] | None = None
 
     @model_validator(mode="after")
     def _plain_blocks(self) -> ArmTask:

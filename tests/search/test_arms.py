@@ -14,10 +14,8 @@ from peakmin import cli
 from peakmin.deadline import after
 from peakmin.geometry.trajectory import HoldTrajectory
 from peakmin.plan.document import digest
-from peakmin.queries.arm_reasons import widened
 from peakmin.queries.compare import compare, table
 from peakmin.queries.explain import why_not
-from peakmin.queries.repairs import Trials, with_link
 from peakmin.queries.simulate import simulate
 from peakmin.robots.extremes import extremes
 from peakmin.robots.joint_motion import JointMotion
@@ -364,20 +362,6 @@ def test_a_joint_speed_in_the_way_is_named_with_one_that_would_do():
     plan = pm.solve(wider.maneuver, settings)
     assert (plan.status, plan.peak) == ("solved", wider.peak)
     assert pm.explain(wider.maneuver, settings) is None
-
-
-def test_joint_limits_are_widened_to_what_a_motion_takes():
-    arm = pm.Arm(links=[pm.Link(**ROD), pm.Link(**ROD, limits=(0.45, 2.0))])
-    ends = {"start": pm.Pose(joints=(0.0, 0.5)), "goal": pm.Pose(joints=(2.5, 0.5))}
-    task, settings = pm.ArmManeuver(arm=arm, duration=2, **ends), pm.Settings(grid=pm.Aligned(steps=40))
-    free = pm.solve(with_link(task, 1, limits=None), settings)
-    highest = float(free.extremes.high[1])
-    assert highest > 2
-    (wider,) = widened(task, Trials(settings, after(60)), "arm.links[1].limits", (1, "limits"))
-    low, high = wider.maneuver.arm.links[1].limits
-    assert low == 0.45
-    assert highest <= high < highest + 0.01
-    assert wider.text == f"arm.links[1].limits [0.45, 2] rad are too narrow: [0.45, {high:g}] rad would do"
 
 
 def changed(plan, change):
