@@ -108,7 +108,7 @@ def test_a_motion_is_found_where_gaps_lead_to_none():
         margin=0.02,
     )
     plan = pm.solve(task, pm.Settings(node_limit=1))  # nothing left for motions that touch an edge anywhere else
-    assert plan.status == "solved"
+    assert plan.keeps
     assert plan.clearance >= 0.02
     assert len(plan.elbow_changes) == 1
     assert pm.verify(plan.to_json()).passed
