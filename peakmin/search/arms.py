@@ -71,7 +71,7 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
     search.run()
     proof = search.proof()
     every: list[Joints] = [*search.motions(job)]
-    every += [with_proof(one, proof, job, planner.steps, effort.boxes) for one in planned]
+    every += [with_proof(one, proof, job, planner, effort.boxes) for one in planned]
     return best_plan([plan_of(scene, settings, replace(one, proof=proof)) for one in every])
 
 

@@ -11,7 +11,7 @@ A motion that comes out keeps nothing by promise: the plan's own checks, which h
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -37,7 +37,7 @@ INSIDE = 1e-6  # relative: by which limits are drawn in, for what bends between 
 class JointSearch:
     """The planner of one arm on N holds, all of it scaled: duration 1, lengths by the arm's, masses by its own.
 
-    limits: in SI units;  room: that links keep beyond their margin [m].
+    limits: in SI units;  room: that links keep beyond their margin [m];  count, compiled: programs solved and compiled.
     """
 
     workspace: Workspace
@@ -47,7 +47,7 @@ class JointSearch:
     until: float = math.inf
     room: float = 0.0
     count: int = 0
-    _programs: dict[int, JointStep] = field(default_factory=dict)
+    compiled: int = 0
 
     @cached_property
     def robot(self) -> PlanarRobot:
@@ -69,6 +69,7 @@ class JointSearch:
 
     @cached_property
     def _program(self) -> JointStep:
+        self.compiled += 1
         n, T, one = self.robot.joints, self.duration, self.limits
         scaled = Limits(
             one.low + INSIDE,
@@ -195,10 +196,6 @@ class JointSearch:
         """M [m/s^2] and what is not kept, at the instants looked at."""
         peak, missing = self._merit(self._linear(begin, held, derivatives=False))
         return peak * self._unit, missing
-
-
-def quintic(s: Array) -> Array:
-    return np.asarray(s**3 * (10 - 15 * s + 6 * s * s))
 
 
 def bang(s: Array) -> Array:

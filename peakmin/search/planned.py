@@ -112,7 +112,7 @@ class Planner:
     def __init__(self, scene: ArmScene, job: Job, until: float, floor: float) -> None:
         """floor: a peak [m/s^2] that no motion is below."""
         self.scene, self.job, self.until, self.floor = scene, job, until, floor
-        self.steps = 0
+        self.steps = self.compiled = 0
 
     def limits(self, begin: Array, end: Array, least: Limits | None = None) -> Limits:
         """Those of the arm, in SI units; torques only where they are stated."""
@@ -142,7 +142,7 @@ class Planner:
                 if over(self.until) and found:
                     break
                 begin = way.angles[0]
-                # one program for all starts: limits that are not stated are those of the way that asks most
+                # one program for all starts; where limits are not stated those of the first way stand in
                 if first is None:
                     first = self.search(begin, way.angles[-1], COARSE)
                 held = first.improved(begin, first.along(way.angles), cost, self.floor / scale)
@@ -150,7 +150,8 @@ class Planner:
                 best = min(found, key=lambda one: one.order)
                 if best.missing <= 1e-6 and best.peak <= self.floor * (1 + 1e-3):
                     break
-        self.steps += 0 if first is None else first.count
+        if first is not None:
+            self._count(first)
         out: list[Joints] = []
         for motion in _unlike(sorted(found, key=lambda one: one.order))[:BEST]:
             if out and over(self.until):
@@ -207,8 +208,12 @@ class Planner:
             if kept.passed or over(self.until):
                 break
             search = self._stricter(search, kept.excesses, made)
-        self.steps += search.count
+        self._count(search)
         return best
+
+    def _count(self, search: JointSearch) -> None:
+        self.steps += search.count
+        self.compiled += search.compiled
 
     def _stricter(self, search: JointSearch, excesses: tuple[Excess, ...], made: JointMotion) -> JointSearch:
         """A search that asks more of what was not kept."""
@@ -224,7 +229,7 @@ class Planner:
                 torque = limits.torque.copy()
                 torque[k] = min(torque[k], may) - MORE * min(one.amount, 0.1 * may)
                 limits = replace(limits, torque=torque)
-        return replace(search, limits=limits, room=room, _programs={})
+        return replace(search, limits=limits, room=room)
 
 
 def _unlike(motions: list[Motion]) -> list[Motion]:
@@ -236,7 +241,9 @@ def _unlike(motions: list[Motion]) -> list[Motion]:
     return out
 
 
-def with_proof(found: Joints, proof: ArmProof, job: Job, steps: int, boxes: int) -> Joints:
+def with_proof(found: Joints, proof: ArmProof, job: Job, planner: Planner, boxes: int) -> Joints:
     """What was found, with what proves that there is no better one."""
     made = job.made(boxes)
-    return replace(found, proof=proof, made=replace(made, solves=made.solves + steps, compilations=2))
+    return replace(
+        found, proof=proof, made=replace(made, solves=made.solves + planner.steps, compilations=planner.compiled)
+    )
