@@ -69,8 +69,9 @@ class Windows:
 
     def least(self, multipliers: Array) -> Array:
         """min over W_i of l_i . w, (..., q, d) -> (..., q), minus infinity for l that are not admissible."""
-        falls = np.minimum(self.along(multipliers), 0.0)  # along f_i, beyond the tip
-        return np.asarray(dot(self.tips, multipliers) + falls * np.where(self.clear & (falls < 0), self.width, 0.0))
+        along = self.along(multipliers)
+        reach = np.where(self.clear & (along < 0), self.width, 0.0)  # from the tip to where l_i . w is least
+        return np.asarray(dot(self.tips, multipliers) + along * reach)
 
     def admissible(self, multipliers: Array) -> Array:
         """The multipliers l (..., q, d) with f_i . l_i raised to zero where a ray has it below."""

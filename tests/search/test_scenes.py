@@ -225,7 +225,7 @@ def test_region_and_speed_are_kept_between_nodes():
     assert plan.keeps
     assert np.max(plan.position(np.linspace(0, 1, 5001))[:, 1]) <= 0.45 + 1e-12
     slow = pm.solve(wall_maneuver(obstacles=(), max_speed=1.6))
-    assert slow.status == "solved"
+    assert slow.keeps
     assert np.max(np.hypot(*slow.velocity(np.linspace(0, 1, 5001)).T)) <= 1.6 * (1 + 1e-12)
     # accelerate for t1, cruise, brake: 1.6 (1 - t1) = 1 and M = 1.6 / t1
     assert slow.peak == pytest.approx(1.6 / (1 - 1 / 1.6), rel=1e-3)
