@@ -9,7 +9,8 @@ In scaled units (duration 1, lengths by the arm, torques by mass size^2 / T^2), 
     |dq_k| <= trust,
     q_{k+1} = q_k + h v_k + h^2 a_k / 2,   v_{k+1} = v_k + h a_k,   both ends given, at rest
 
-with du, dtau, ddistance linear in dq, dv, da of their hold: parameters, so that only numbers change from step to step.
+with du, dtau, ddistance linear in dq, dv, da of their hold: parameters, as the limits are, so that only numbers change
+from step to step and from start to start.
 """
 
 from __future__ import annotations
@@ -36,6 +37,12 @@ class Limits:
     speed: Array
     acceleration: Array
     torque: Array
+
+    @property
+    def finite(self) -> tuple[tuple[bool, ...], ...]:
+        """Which there are, field by field."""
+        every = (self.low, self.high, self.speed, self.acceleration, self.torque)
+        return tuple(tuple(np.isfinite(one).tolist()) for one in every)
 
 
 @dataclass(frozen=True)
@@ -67,11 +74,18 @@ def by_hold(derivative: Array, share: float, step: float, joints: int) -> Array:
 
 
 class JointStep:
-    """The program of n joints in d dimensions on N holds with r rows of distances at every hold; torques if asked."""
+    """The program of n joints in d dimensions on N holds with r rows of distances at every hold.
 
-    def __init__(self, joints: int, dimension: int, holds: int, rows: int, limits: Limits) -> None:
+    finite: which limits there are, as `Limits.finite` says.
+    """
+
+    def __init__(
+        self, joints: int, dimension: int, holds: int, rows: int, finite: tuple[tuple[bool, ...], ...]
+    ) -> None:
         n, N, h = joints, holds, 1.0 / holds
-        self.limits = limits
+        self._some = [np.flatnonzero(one) for one in finite]
+        self._bounds = [cp.Parameter((1, len(some))) for some in self._some]
+        low, high, speed, acceleration = zip(self._some[:-1], self._bounds[:-1], strict=True)
         self._q, self._v, self._a = cp.Variable((N + 1, n)), cp.Variable((N + 1, n)), cp.Variable((N, n))  # changes
         self._peak = cp.Variable()
         self._known = [cp.Parameter((N + 1, n)), cp.Parameter((N + 1, n)), cp.Parameter((N, n))]
@@ -93,23 +107,20 @@ class JointStep:
             u = cp.vstack([x + cp.sum(cp.multiply(p, whole), axis=1) for x, p in zip(at, by, strict=True)])
             rules.append(cp.SOC(self._peak * np.ones(N), u, axis=0))
         slacks: list[cp.Variable] = []
-        for sign, bound in ((1, limits.high), (-1, -limits.low)):
-            some = np.flatnonzero(np.isfinite(bound))
+        for sign, (some, bound) in ((1, high), (-1, low)):
             if len(some):
-                rules += [sign * q[:, some] <= np.tile(bound[some], (N + 1, 1))]
-                rules += [sign * (q[:-1, some] + h / 2 * v[:-1, some]) <= np.tile(bound[some], (N, 1))]
-        for x, bound in ((v, limits.speed), (a, limits.acceleration)):
-            some = np.flatnonzero(np.isfinite(bound))
+                rules += [sign * q[:, some] <= sign * np.ones((N + 1, 1)) @ bound]
+                rules += [sign * (q[:-1, some] + h / 2 * v[:-1, some]) <= sign * np.ones((N, 1)) @ bound]
+        for x, (some, bound) in ((v, speed), (a, acceleration)):
             if len(some):
-                rules.append(cp.abs(x[:, some]) <= np.tile(bound[some], (x.shape[0], 1)))
-        self._limited = np.flatnonzero(np.isfinite(limits.torque)).tolist()
+                rules.append(cp.abs(x[:, some]) <= np.ones((x.shape[0], 1)) @ bound)
+        self._limited = self._some[-1].tolist()
         self._tau = [[cp.Parameter(N) for _ in self._limited] for _ in SHARES]
         self._tau_by = [[cp.Parameter((N, 3 * n)) for _ in self._limited] for _ in SHARES]
         for at, by in zip(self._tau, self._tau_by, strict=True):
-            for j, x, p in zip(self._limited, at, by, strict=True):
+            for x, p in zip(at, by, strict=True):
                 slacks.append(cp.Variable(N, nonneg=True))
-                tau = x + cp.sum(cp.multiply(p, whole), axis=1)
-                rules.append(cp.abs(tau) <= limits.torque[j] * (1 + slacks[-1]))
+                rules.append(cp.abs(x + cp.sum(cp.multiply(p, whole), axis=1)) <= 1 + slacks[-1])
         self._apart = [cp.Parameter(N) for _ in range(rows)]
         self._apart_by = [cp.Parameter((N, 3 * n)) for _ in range(rows)]
         for x, p in zip(self._apart, self._apart_by, strict=True):
@@ -119,11 +130,20 @@ class JointStep:
         self._problem = cp.Problem(cp.Minimize(self._peak + self._cost * missing), rules)
 
     def solve(
-        self, known: tuple[Array, Array, Array], about: Linear, trust: float, cost: float, until: float = math.inf
+        self,
+        known: tuple[Array, Array, Array],
+        about: Linear,
+        limits: Limits,
+        trust: float,
+        cost: float,
+        until: float = math.inf,
     ) -> tuple[Array, float] | None:
         """The accelerations (N, n) of the next motion and the cost that it is promised to have; None where the solver
         finds none.
         """
+        every = (limits.low, limits.high, limits.speed, limits.acceleration, limits.torque)
+        for bound, some, value in zip(self._bounds, self._some, every, strict=True):
+            bound.value = value[None, some]
         for parameter, value in zip(self._known, known, strict=True):
             parameter.value = value
         self._trust.value, self._cost.value = trust, cost
@@ -131,7 +151,7 @@ class JointStep:
             for k, (at, by) in enumerate(zip(self._u[i], self._u_by[i], strict=True)):
                 at.value, by.value = about.u[i, :, k], about.u_by[i, :, k]
             for j, at, by in zip(self._limited, self._tau[i], self._tau_by[i], strict=True):
-                at.value, by.value = about.tau[i, :, j], about.tau_by[i, :, j]
+                at.value, by.value = about.tau[i, :, j] / limits.torque[j], about.tau_by[i, :, j] / limits.torque[j]
         for k, (at, by) in enumerate(zip(self._apart, self._apart_by, strict=True)):
             at.value, by.value = about.apart[k], about.apart_by[k]
         try:

@@ -66,13 +66,18 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
     )
     search = ArmSearch(scene, effort)
     planner = Planner(scene, job, part(job.until), _floor(scene))
-    planned = planner.run(search.ways(), search.joined)
+    looked = planner.look(search.ways(), search.joined)
+    # the tree finds the least peak of what stands free; what is in the way, or limited, is the planner's first
+    first = bool(scene.task.obstacles) or scene.task.limited
+    planned = planner.finished(looked) if first else [planner.as_it_is(one) for one in looked]
     search.planned = min((one.peak for one in planned if one.kept and one.kept.passed), default=math.inf)
     search.run()
     proof = search.proof()
-    every: list[Joints] = [*search.motions(job)]
-    every += [with_proof(one, proof, job, planner, effort.boxes) for one in planned]
-    return best_plan([plan_of(scene, settings, replace(one, proof=proof)) for one in every])
+    every = [plan_of(scene, settings, replace(one, proof=proof)) for one in search.motions(job)]
+    if not first and not any(plan.status == "solved" for plan in every):
+        planned = planner.finished(looked)
+    made = [with_proof(one, proof, job, planner, effort.boxes) for one in planned]
+    return best_plan([*every, *(plan_of(scene, settings, one) for one in made)])
 
 
 def best_plan(every: list[ArmPlan]) -> ArmPlan:

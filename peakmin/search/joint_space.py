@@ -11,7 +11,7 @@ A motion that comes out keeps nothing by promise: the plan's own checks, which h
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -37,7 +37,8 @@ INSIDE = 1e-6  # relative: by which limits are drawn in, for what bends between 
 class JointSearch:
     """The planner of one arm on N holds, all of it scaled: duration 1, lengths by the arm's, masses by its own.
 
-    limits: in SI units;  room: that links keep beyond their margin [m];  count, compiled: programs solved and compiled.
+    limits: in SI units;  room: that links keep beyond their margin [m];  count: programs solved;  programs: those that
+    are compiled, by their number of holds and by which limits there are.
     """
 
     workspace: Workspace
@@ -47,7 +48,7 @@ class JointSearch:
     until: float = math.inf
     room: float = 0.0
     count: int = 0
-    compiled: int = 0
+    programs: dict[tuple[object, ...], JointStep] = field(default_factory=dict)
 
     @cached_property
     def robot(self) -> PlanarRobot:
@@ -68,17 +69,24 @@ class JointSearch:
         return [piece for corners in self.workspace.obstacles for piece in convex_pieces(corners)]
 
     @cached_property
-    def _program(self) -> JointStep:
-        self.compiled += 1
-        n, T, one = self.robot.joints, self.duration, self.limits
-        scaled = Limits(
+    def _scaled(self) -> Limits:
+        T, one = self.duration, self.limits
+        return Limits(
             one.low + INSIDE,
             one.high - INSIDE,
             one.speed * T * (1 - INSIDE),
             one.acceleration * T**2 * (1 - INSIDE),
             one.torque / self._torque * (1 - 1e3 * INSIDE),
         )
-        return JointStep(n, 2, self.holds, n * min(len(self._pieces), NEAREST), scaled)
+
+    @cached_property
+    def _program(self) -> JointStep:
+        n, finite = self.robot.joints, self._scaled.finite
+        known = self.programs.get((self.holds, finite))
+        if known is None:
+            known = JointStep(n, 2, self.holds, n * min(len(self._pieces), NEAREST), finite)
+            self.programs[self.holds, finite] = known
+        return known
 
     @cached_property
     def _ends(self) -> Array:
@@ -149,24 +157,23 @@ class JointSearch:
 
     def _merit(self, about: Linear) -> tuple[float, float]:
         """M and what is not kept."""
-        limit = self.limits.torque / self._torque * (1 - 1e3 * INSIDE)
-        over_torque = np.maximum(np.abs(about.tau) / limit - 1, 0.0)
+        over_torque = np.maximum(np.abs(about.tau) / self._scaled.torque - 1, 0.0)
         return float(np.max(norm(about.u))), float(np.sum(over_torque) + np.sum(np.maximum(-about.apart, 0.0)))
 
-    def improved(self, begin: Array, held: Array, cost: float, best: float = 0.0) -> Array:
+    def improved(self, begin: Array, held: Array, cost: float, best: float = 0.0, steps: int = STEPS) -> Array:
         """What steps make of the accelerations [scaled] (N, n), as long as their gain is worth it.
 
         Args:
-            cost: mu;  best: a peak [scaled] that no motion is below.
+            cost: mu;  best: a peak [scaled] that no motion is below;  steps: how many at most.
         """
         trust, about = TRUST, self._linear(begin, held)
         peak, missing = self._merit(about)
-        for _ in range(STEPS):
+        for _ in range(steps):
             if over(self.until) or trust < LEAST_TRUST:
                 break
             q, v = self.states(begin, held)
             self.count += 1
-            step = self._program.solve((q, v, held), about, trust, cost, self.until)
+            step = self._program.solve((q, v, held), about, self._scaled, trust, cost, self.until)
             if step is None:
                 trust *= 0.4
                 continue

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..deadline import over
 from ..plan.found import Found
-from ..programs.joint_step import Limits
+from ..programs.joint_step import JointStep, Limits
 from ..robots.dynamics import PlanarRobot
 from ..robots.joint_motion import JointMotion
 from ..robots.joints import JointPath
@@ -20,11 +20,14 @@ from ..scenes.kinds import ArmScene, allowed
 from ..scenes.passages import Passage
 from ..types import Array
 from .job import Job
-from .joint_space import COST, JointSearch, bang
+from .joint_space import COST, STEPS, JointSearch, bang
 
 COARSE, FINE = 40, 80  # holds: of what is looked for, and of the answer
 BENT, TRIED, WIDE = 120, 4, 1.2  # bent first motions: how many are looked at, tried, and how far they bend [rad]
+QUICK = 12  # steps from every start, before the best are looked at
 BEST = 3  # motions that are made finer
+WORSE = 0.97  # a motion with fewer holds above this share of a better one's peak is not made finer
+MISSING = 1e-6  # [scaled] of what is not kept: what counts as nothing
 ALIKE = 1e-3  # relative
 MENDED = 5  # rounds in which what a motion does not keep between instants is asked more of
 MORE = 1.5  # times what is missing
@@ -103,7 +106,7 @@ class Motion:
     @property
     def order(self) -> tuple[bool, float, float]:
         """The best first."""
-        return self.missing > 1e-6, self.missing if self.missing > 1e-6 else 0.0, self.peak
+        return self.missing > MISSING, self.missing if self.missing > MISSING else 0.0, self.peak
 
 
 class Planner:
@@ -112,9 +115,12 @@ class Planner:
     def __init__(self, scene: ArmScene, job: Job, until: float, floor: float) -> None:
         """floor: a peak [m/s^2] that no motion is below."""
         self.scene, self.job, self.until, self.floor = scene, job, until, floor
-        self.steps = self.compiled = 0
+        self.programs: dict[tuple[object, ...], JointStep] = {}
+        self.steps = 0
+        self._scale = scene.size / scene.task.duration**2
+        self._cost = COST * max(floor / self._scale, 1e-3)
 
-    def limits(self, begin: Array, end: Array, least: Limits | None = None) -> Limits:
+    def limits(self, begin: Array, end: Array) -> Limits:
         """Those of the arm, in SI units; torques only where they are stated."""
         links, may, inf = self.scene.task.arm.links, allowed(self.scene.task, begin, end), math.inf
         torque = np.array([link.max_torque or inf for link in links])
@@ -124,44 +130,63 @@ class Planner:
         return Limits(low, high, may.speed, may.acceleration, torque)
 
     def search(self, begin: Array, end: Array, holds: int) -> JointSearch:
-        one = JointSearch(self.scene.workspace, self.scene.task.duration, self.limits(begin, end), holds, self.until)
-        one.room = 1e-4 * self.scene.size if self.scene.task.obstacles else 0.0
-        return one
+        limits, room = self.limits(begin, end), 1e-4 * self.scene.size if self.scene.task.obstacles else 0.0
+        return JointSearch(
+            self.scene.workspace, self.scene.task.duration, limits, holds, self.until, room, programs=self.programs
+        )
 
-    def run(self, known: dict[tuple[int, int], list[Array]], passages: list[Passage]) -> list[Joints]:
-        """The best motions, each with what it keeps, best first; empty where none was met.
+    def look(self, known: dict[tuple[int, int], list[Array]], passages: list[Passage]) -> list[Motion]:
+        """Motions with few holds, best first: from every start in few steps, from what came out best in as many as pay.
 
         known: ways of joint angles (m+1, n) at even times, by the passage's indices.
         """
         found: list[Motion] = []
-        first: JointSearch | None = None
-        scale = self.scene.size / self.scene.task.duration**2
-        cost = COST * max(self.floor / scale, 1e-3)
         for passage in passages:
             for way in self._every(passage, known.get(passage.indices, [])):
-                if over(self.until) and found:
+                if found and (over(self.until) or self._least(found)):
                     break
-                begin = way.angles[0]
-                # one program for all starts; where limits are not stated those of the first way stand in
-                if first is None:
-                    first = self.search(begin, way.angles[-1], COARSE)
-                held = first.improved(begin, first.along(way.angles), cost, self.floor / scale)
-                found.append(Motion(way, begin, held, *first.score(begin, held)))
-                best = min(found, key=lambda one: one.order)
-                if best.missing <= 1e-6 and best.peak <= self.floor * (1 + 1e-3):
-                    break
-        if first is not None:
-            self._count(first)
+                search = self.search(way.angles[0], way.angles[-1], COARSE)
+                found.append(self._further(search, way, search.along(way.angles), QUICK))
+        best = _unlike(sorted(found, key=lambda one: one.order))[:BEST]
+        for k, one in enumerate(best):
+            if not self._least(best):
+                best[k] = self._further(self.search(one.begin, one.way.angles[-1], COARSE), one.way, one.held, STEPS)
+        return sorted(best, key=lambda one: one.order)
+
+    def _least(self, found: list[Motion]) -> bool:
+        """Whether one is as good as none can be better than."""
+        return any(one.missing <= MISSING and one.peak <= self.floor * (1 + 1e-3) for one in found)
+
+    def _further(self, search: JointSearch, way: Way, held: Array, steps: int) -> Motion:
+        """What some steps make of a motion."""
+        begin = way.angles[0]
+        held = search.improved(begin, held, self._cost, self.floor / self._scale, steps)
+        self.steps += search.count
+        return Motion(way, begin, held, *search.score(begin, held))
+
+    def finished(self, motions: list[Motion]) -> list[Joints]:
+        """Motions with more holds, each with what it keeps, best first."""
         out: list[Joints] = []
-        for motion in _unlike(sorted(found, key=lambda one: one.order))[:BEST]:
+        for motion in motions:
             if out and over(self.until):
                 break
-            made = self._finer(motion, cost)
+            least = min((one.peak for one in out if one.kept is not None and one.kept.passed), default=math.inf)
+            if least <= max(self.floor * (1 + 2e-3), WORSE * motion.peak):
+                break
+            made = self._finer(motion)
             if made is not None:
                 out.append(made)
-                if made.kept is not None and made.kept.passed and made.peak <= self.floor * (1 + 2e-3):
-                    break
         return sorted(out, key=lambda one: (one.kept is None or not one.kept.passed, one.peak))
+
+    def as_it_is(self, motion: Motion) -> Joints:
+        """A motion with the holds that it has, with what it keeps."""
+        return self._found(motion, self.search(motion.begin, motion.way.angles[-1], COARSE), motion.held)
+
+    def _found(self, motion: Motion, search: JointSearch, held: Array) -> Joints:
+        made, passage = search.motion(motion.begin, held), motion.way.passage
+        nothing, job = np.zeros(0), self.job.made(0)
+        kept = self.scene.kept(made)
+        return Found(passage.maneuver, nothing, made, made.peak[0], job, indices=passage.indices, kept=kept)
 
     def _every(self, passage: Passage, known: list[Array]) -> Iterator[Way]:
         every = list(ways(self.scene, passage, iter(known)))
@@ -183,37 +208,25 @@ class Planner:
         for _, _, angles in bent[:TRIED]:
             yield Way(passage, angles)
 
-    def _finer(self, motion: Motion, cost: float) -> Joints | None:
+    def _finer(self, motion: Motion) -> Joints | None:
         """The same with more holds, as often as what it does not keep between instants asks for."""
         begin, end = motion.begin, motion.way.angles[-1]
         search = self.search(begin, end, FINE)
         held = np.repeat(motion.held, FINE // COARSE, axis=0)
         best: Joints | None = None
-        scale = self.scene.size / self.scene.task.duration**2
         for _ in range(MENDED):
-            held = search.improved(begin, held, cost, self.floor / scale)
-            made = search.motion(begin, held)
-            kept = self.scene.kept(made)
-            now: Joints = Found(
-                motion.way.passage.maneuver,
-                np.zeros(0),
-                made,
-                made.peak[0],
-                self.job.made(0),
-                indices=motion.way.passage.indices,
-                kept=kept,
-            )
-            if best is None or (not kept.passed, made.peak[0]) < (best.kept is None or not best.kept.passed, best.peak):
+            held = search.improved(begin, held, self._cost, self.floor / self._scale)
+            now = self._found(motion, search, held)
+            kept, made = now.kept, now.motion
+            assert kept is not None
+            assert isinstance(made, JointMotion)
+            if best is None or (not kept.passed, now.peak) < (best.kept is None or not best.kept.passed, best.peak):
                 best = now
             if kept.passed or over(self.until):
                 break
             search = self._stricter(search, kept.excesses, made)
-        self._count(search)
-        return best
-
-    def _count(self, search: JointSearch) -> None:
         self.steps += search.count
-        self.compiled += search.compiled
+        return best
 
     def _stricter(self, search: JointSearch, excesses: tuple[Excess, ...], made: JointMotion) -> JointSearch:
         """A search that asks more of what was not kept."""
@@ -236,7 +249,7 @@ def _unlike(motions: list[Motion]) -> list[Motion]:
     """Those that are not about as good as one before, which they mostly are the same as."""
     out: list[Motion] = []
     for one in motions:
-        if all(abs(one.peak / other.peak - 1) > ALIKE or one.missing > 1e-6 for other in out):
+        if all(abs(one.peak / other.peak - 1) > ALIKE or one.missing > MISSING for other in out):
             out.append(one)
     return out
 
@@ -245,5 +258,5 @@ def with_proof(found: Joints, proof: ArmProof, job: Job, planner: Planner, boxes
     """What was found, with what proves that there is no better one."""
     made = job.made(boxes)
     return replace(
-        found, proof=proof, made=replace(made, solves=made.solves + planner.steps, compilations=planner.compiled)
+        found, proof=proof, made=replace(made, solves=made.solves + planner.steps, compilations=len(planner.programs))
     )

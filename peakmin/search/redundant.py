@@ -29,7 +29,7 @@ def redundant(scene: ArmScene, job: Job) -> ArmPlan:
     certified = least_over_times(mass, 1e-6)
     proof = ArmProof((PassageProof(passage.indices, None, (), Branch(tuple(certified.leaves), Looks())),))
     planner = Planner(scene, job, job.until, certified.lower * mass.unit)
-    found = planner.run({}, [passage])
+    found = planner.finished(planner.look({}, [passage]))
     if not found:
         times, made = np.zeros(0), job.made(0)
         none: Joints = Found(passage.maneuver, times, None, math.inf, made, proof, indices=passage.indices)

@@ -48,6 +48,11 @@ class Link(Model):
     max_torque: Positive | None = None
 
     @property
+    def limited(self) -> bool:
+        """Whether its joint has any limit."""
+        return any(one is not None for one in (self.limits, self.max_speed, self.max_acceleration, self.max_torque))
+
+    @property
     def centre(self) -> float:
         """`com`, or half the length [m]."""
         return self.length / 2 if self.com is None else self.com
@@ -157,6 +162,11 @@ class ArmManeuver(ArmTask):
     """A task for an arm."""
 
     arm: Arm
+
+    @property
+    def limited(self) -> bool:
+        """Whether a joint, or the moment at the base, has any limit."""
+        return self.max_moment is not None or any(link.limited for link in self.arm.links)
 
     @property
     def workspace(self) -> Workspace:
