@@ -28,7 +28,7 @@ from .reasons import Reasons
 from .repairs import Repair, Trials
 
 FEW = 6  # entries of which all choices are tried
-TIME_LIMIT = 8.0  # s, where the settings have none
+TIME_LIMIT = 8.0  # s, where the settings have no shorter one
 FOR_FEWEST = 1 / 3  # of the time, to look for the fewest entries
 REASONS: dict[str, type[Reasons]] = {"point": PointReasons, "arm": ArmReasons}
 
@@ -73,7 +73,7 @@ def explain(task: Task, settings: Settings | None = None) -> Explanation | None:
     """Why a task is proved infeasible: the fewest entries that conflict, and the smallest changes that help.
 
     None where it is solved, or nothing is proved and no joint limit or speed of an arm is in the way. Every change was
-    solved; an explanation takes many solves, up to eight seconds or `settings.time_limit`.
+    solved; an explanation takes many solves, up to eight seconds or a shorter `settings.time_limit`.
 
     Raises:
         SpecError: when the settings do not fit the task.
@@ -101,7 +101,7 @@ def explained(plan: Plan, stopped: threading.Event | None = None) -> Explanation
 
 
 def _until(settings: Settings, stopped: threading.Event | None = None) -> float:
-    return after(settings.time_limit or TIME_LIMIT, stopped)
+    return after(min(settings.time_limit or math.inf, TIME_LIMIT), stopped)
 
 
 def beyond_limits(plan: ArmPlan, until: float) -> Explanation | None:
