@@ -1,10 +1,14 @@
 import json
 import os
+import shutil
 import signal
+import tempfile
 from collections import Counter
+from pathlib import Path
 
 import hypothesis
 import matplotlib
+import pytest
 
 import peakmin as pm
 
@@ -39,6 +43,29 @@ def least(maneuver, times=(), **settings):
     bracket = peak(times)
     unit = peak.mass.unit
     return bracket.lower * unit, bracket.upper * unit
+
+
+# what these run others run, too; to count its lines takes a quarter of their time
+UNCOUNTED = ("agreement", "arm_tasks", "degenerate", "determinism", "dimension", "docs", "exact", "fuzz", "notebooks")
+UNCOUNTED += ("explain", "flood", "limits", "paper", "properties", "random_scenes", "trees", "ways")
+
+
+def pytest_collection_modifyitems(items):
+    """Coverage counts no lines of tests that take long and run nothing of their own."""
+    for item in items:
+        if item.path.stem.removeprefix("test_") in UNCOUNTED:
+            item.add_marker(pytest.mark.no_cover)
+
+
+def pytest_sessionfinish(session):
+    """What the run's processes have shared goes."""
+    if run := session.config.pluginmanager.getplugin("dsession"):  # none in the processes themselves
+        shutil.rmtree(shared(run.nodemanager.testrunuid), ignore_errors=True)
+
+
+def shared(run):
+    """Where the processes of a run keep the plans that they share (`tests.solved`)."""
+    return Path(tempfile.gettempdir()) / f"peakmin-tests-{run}"
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -21,6 +21,7 @@ from peakmin.scenes.proof_tree import Branch
 from tests.conftest import wall_maneuver
 from tests.plan.test_version_1 import FILES
 from tests.random_arms import task
+from tests.solved import solved as solve_once
 from tests.whole.strategies import VERSION_1
 
 PROOFS = {"no walls": Proof("all", ()), "walls": Proof("all", ()), "two_link": ArmProof(())}  # of no more than zero
@@ -52,7 +53,7 @@ def asked(name):
     if name == "straight arm":
         return task(1), pm.Settings(grid=FEW)
     spec = pm.ArmSpec.read(EXAMPLES / f"{name}.json")
-    return spec.task, spec.settings.model_copy(update={"grid": FEW})
+    return spec.task, spec.settings
 
 
 POINTS = [
@@ -64,9 +65,8 @@ NAMES = [*POINTS, *ARMS]
 every = pytest.mark.parametrize("name", NAMES)
 
 
-@cache
 def solved(name):
-    return pm.solve(*asked(name))
+    return solve_once(*asked(name))
 
 
 @every

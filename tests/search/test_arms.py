@@ -28,6 +28,7 @@ from peakmin.search.course import Course
 from peakmin.spec.arm import postures
 from peakmin.view import pictures, words
 from peakmin.view.hints import advice
+from tests.solved import example as solved_example
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 ROD = {"length": 1.0, "mass": 1.0}
@@ -40,14 +41,12 @@ def example(name):
 
 @pytest.fixture(scope="module")
 def two_link():
-    spec = example("two_link")
-    return pm.solve(spec.task, spec.settings)
+    return solved_example("two_link")
 
 
 @pytest.fixture(scope="module")
 def three_link():
-    spec = example("three_link")
-    return pm.solve(spec.task, spec.settings)
+    return solved_example("three_link")
 
 
 def small(**changes):

@@ -15,6 +15,7 @@ from peakmin.errors import SpecError
 from peakmin.view import animation, curves, maps, paths, pictures, sketches
 from peakmin.view.style import WALL, png, sheet
 from tests.conftest import least, wall_maneuver
+from tests.solved import solved
 
 
 @pytest.fixture(params=["direct", "exact"])
@@ -279,7 +280,7 @@ def arm_plan():
     ends = {"start": pm.Pose(tip=(2.22, -2.693), elbow="up"), "goal": pm.Pose(tip=(5, 3), elbow="up")}
     arm, aside = pm.Arm(links=[pm.Link(**link)] * 2), pm.Block(vertices=[(7, -2), (8, -2), (8, -1)])
     task = pm.ArmManeuver(arm=arm, duration=5.0, obstacles=[aside], margin=0.2, **ends)
-    return pm.solve(task, pm.Settings(search={"kind": "global", "gap": 1e-2}))
+    return solved(task, pm.Settings(search={"kind": "global", "gap": 1e-2}))
 
 
 def test_links_are_as_wide_as_they_are_and_margins_are_drawn():

@@ -6,7 +6,6 @@ python without one prints nothing. A command's exit status is the one its commen
 """
 
 import doctest
-import functools
 import io
 import re
 import runpy
@@ -20,6 +19,7 @@ import pytest
 
 import peakmin as pm
 from peakmin import cli
+from tests.solved import solved
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -95,7 +95,6 @@ def test_the_examples_print_what_the_page_says(page, tmp_path, monkeypatch, caps
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)
     # what one example has solved the next takes as it is: several commands are shown on one spec
-    solved = functools.cache(pm.solve)
     for module in (cli, pm):
         monkeypatch.setattr(module, "solve", lambda task, settings=None, *_, **__: solved(task, settings or DEFAULT))
     namespace = {"__name__": page.stem}
