@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: paper test tests notebooks proofs mutants fuzz bench lint figures clean
+.PHONY: paper test tests coverage notebooks proofs mutants fuzz bench lint figures clean
 
 paper: .venv/installed
 	$(BIN)/peakmin paper --out out
@@ -11,6 +11,10 @@ test: .venv/installed
 	$(MAKE) --jobs=2 lint tests
 
 tests: .venv/installed
+	$(BIN)/pytest -n 2 --dist worksteal -p no:benchmark
+
+# the same, with the lines of the package that they run counted
+coverage: .venv/installed
 	$(BIN)/pytest -n 2 --dist worksteal -p no:benchmark --cov=peakmin --cov-report=term:skip-covered
 
 notebooks: .venv/installed

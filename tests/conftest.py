@@ -8,7 +8,6 @@ from pathlib import Path
 
 import hypothesis
 import matplotlib
-import pytest
 
 import peakmin as pm
 
@@ -43,18 +42,6 @@ def least(maneuver, times=(), **settings):
     bracket = peak(times)
     unit = peak.mass.unit
     return bracket.lower * unit, bracket.upper * unit
-
-
-# what these run others run, too; to count its lines takes a quarter of their time
-UNCOUNTED = ("agreement", "arm_tasks", "degenerate", "determinism", "dimension", "docs", "exact", "fuzz", "notebooks")
-UNCOUNTED += ("explain", "flood", "limits", "paper", "properties", "random_scenes", "trees", "ways")
-
-
-def pytest_collection_modifyitems(items):
-    """Coverage counts no lines of tests that take long and run nothing of their own."""
-    for item in items:
-        if item.path.stem.removeprefix("test_") in UNCOUNTED:
-            item.add_marker(pytest.mark.no_cover)
 
 
 def pytest_sessionfinish(session):

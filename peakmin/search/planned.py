@@ -26,7 +26,7 @@ COARSE, FINE = 40, 80  # holds: of what is looked for, and of the answer
 BENT, TRIED, WIDE = 120, 4, 1.2  # bent first motions: how many are looked at, tried, and how far they bend [rad]
 QUICK = 12  # steps from every start, before the best are looked at
 BEST = 3  # motions that are made finer
-WORSE = 0.97  # a motion with fewer holds above this share of a better one's peak is not made finer
+WORSE = 0.99  # a motion with fewer holds above this share of a better one's peak is not made finer
 MISSING = 1e-6  # [scaled] of what is not kept: what counts as nothing
 ALIKE = 1e-3  # relative
 MENDED = 5  # rounds in which what a motion does not keep between instants is asked more of
@@ -147,7 +147,7 @@ class Planner:
                     break
                 search = self.search(way.angles[0], way.angles[-1], COARSE)
                 found.append(self._further(search, way, search.along(way.angles), QUICK))
-        best = _unlike(sorted(found, key=lambda one: one.order))[:BEST]
+        best = _worth_it(_unlike(sorted(found, key=lambda one: one.order)))[:BEST]
         for k, one in enumerate(best):
             if not self._least(best):
                 best[k] = self._further(self.search(one.begin, one.way.angles[-1], COARSE), one.way, one.held, STEPS)
@@ -252,6 +252,11 @@ def _unlike(motions: list[Motion]) -> list[Motion]:
         if all(abs(one.peak / other.peak - 1) > ALIKE or one.missing > MISSING for other in out):
             out.append(one)
     return out
+
+
+def _worth_it(motions: list[Motion]) -> list[Motion]:
+    """Of the best first: without those that keep less than it does for a higher peak."""
+    return [one for one in motions if one.missing <= MISSING or one.peak < motions[0].peak or one is motions[0]]
 
 
 def with_proof(found: Joints, proof: ArmProof, job: Job, planner: Planner, boxes: int) -> Joints:

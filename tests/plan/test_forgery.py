@@ -211,7 +211,6 @@ def test_multipliers_are_the_best_at_the_plan_s_times(circle, duration, short, p
     assert pm.verify(near.to_json()).passed == passes
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("times", [(0.077, 0.386, 0.433), (0.166, 0.586, 0.688), (0.059, 0.61, 0.723)])
 def test_multipliers_that_do_not_settle_at_once_are_no_forgeries(times):
     """Newton's method goes on from its own result there; what is written must not fall short of it."""

@@ -16,7 +16,6 @@ from peakmin.proofs.extremal import extremal
 from tests.conftest import ALL
 from tests.random_maneuvers import maneuver
 
-pytestmark = pytest.mark.no_cover
 CHUNKS = [range(k, k + 50) for k in range(0, 500, 50)]
 SOME = (7, 20, 42, 84, 103)  # one to three walls, degenerate and not
 NODES = {1: 300, 2: 40, 3: 20}

@@ -86,7 +86,6 @@ def test_the_paper_s_optimality_conditions_hold():
     np.testing.assert_allclose(u / plan.peak, p / np.hypot(*p.T)[:, None], atol=1e-9)
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("seeds", CHUNKS, ids=str)
 def test_random_maneuvers_at_given_times(seeds):
     """500 of them: bounds in order, holds of 2,000 steps just above the optimum, and few that do not settle."""

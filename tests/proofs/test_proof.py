@@ -60,7 +60,6 @@ def test_box_bounds_hold_everywhere_in_the_box(seed):
             assert bound <= lower_bound(mass, low + rng.random(mass.walls) * (high - low), multipliers) * (1 + 1e-12)
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("seed", range(12) if ALL else (3, 6))
 def test_saddle_bounds_hold_everywhere_in_the_box(seed):
     """Against the optimum itself at times all over the box, with good multipliers and with any."""
@@ -107,7 +106,6 @@ def test_several_minima_do_not_mislead():
 EVERY = [(walls, seed) for walls in (2, 3) for seed in range(6)]
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize(("walls", "seed"), EVERY if ALL else [(2, 1), (2, 5), (3, 0)])
 def test_more_walls_state_what_is_left_of_the_gap(walls, seed):
     mass = PointMass.of(maneuver(seed, walls=walls))

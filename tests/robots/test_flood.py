@@ -29,7 +29,6 @@ def closed():
     return pm.solve(between_bars(0.75, -1.8), pm.Settings(node_limit=1))  # repairs with any gap are repairs
 
 
-@pytest.mark.no_cover
 def test_a_way_that_is_closed_is_proved_so(closed):
     plan = closed
     assert plan.status == "infeasible"
@@ -93,7 +92,6 @@ def test_an_elbow_that_must_turn_over_parts_its_own_sheet_only():
     assert len(JointWay(workspace, found.way((up, down)), 1.0).turns) % 2 == 1
 
 
-@pytest.mark.no_cover
 def test_a_motion_is_found_where_gaps_lead_to_none():
     """Bars that leave a way with the elbow the other way around only."""
     task = pm.ArmManeuver(

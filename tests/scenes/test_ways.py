@@ -136,7 +136,6 @@ def test_a_slit_far_from_the_origin_stays_open(degrees):
                 assert len(slit) == 1
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("changes", [{}, {"margin": 0.01}, {"sides": ("left", "right")}])
 def test_the_peak_is_the_same_far_from_the_origin(changes):
     settings = pm.Settings(search=pm.GlobalSearch(gap=1e-4))

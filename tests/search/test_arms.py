@@ -28,7 +28,9 @@ from peakmin.search.course import Course
 from peakmin.spec.arm import postures
 from peakmin.view import pictures, words
 from peakmin.view.hints import advice
+from tests.conftest import ALL
 from tests.solved import example as solved_example
+from tests.solved import solved
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 ROD = {"length": 1.0, "mass": 1.0}
@@ -263,7 +265,7 @@ def test_poses_are_joints_or_a_tip(data, words):
 
 
 def test_a_peak_below_the_bound_is_proved_infeasible():
-    plan = pm.solve(small(max_peak=0.1))
+    plan = solved(small(max_peak=0.1))
     assert plan.status == "infeasible"
     assert plan.lower_bound > 0.1
     assert pm.verify(plan.to_json()).passed
@@ -425,8 +427,8 @@ def test_figures_and_animation(two_link):
 
 def test_the_terminal_solves_verifies_simulates(two_link, tmp_path, capsys, monkeypatch):
     spec = example("two_link")
-    solved = {(spec.task, spec.settings): two_link}  # the same question is not solved again
-    monkeypatch.setattr(cli, "solve", lambda task, settings, *_, **__: solved[task, settings])
+    known = {(spec.task, spec.settings): two_link}  # the same question is not solved again
+    monkeypatch.setattr(cli, "solve", lambda task, settings, *_, **__: known[task, settings])
     monkeypatch.setattr(pictures.animate, "__defaults__", (2,))
 
     def run(*arguments):
@@ -612,7 +614,7 @@ def test_an_elbow_that_turns_over_beside_its_edge_jumps():
 
 
 def test_explanations_of_arms_are_tried_out():
-    plan = pm.solve(small(max_peak=0.1))
+    plan = solved(small(max_peak=0.1))
     why = plan.explanation
     assert {"max_peak", "duration"} <= set(why.conflict)
     assert {one.field for one in why.repairs} == {"max_peak", "duration"}
@@ -621,7 +623,7 @@ def test_explanations_of_arms_are_tried_out():
 
 
 def test_an_explanation_of_an_arm_that_has_no_time_says_so():
-    plan = pm.solve(small(max_peak=0.1))
+    plan = solved(small(max_peak=0.1))
     why = why_not(plan.maneuver, plan.settings, plan.lower_bound, after(0.0))
     assert not why.complete
     assert not why.repairs
@@ -649,7 +651,7 @@ def test_contacts_are_where_the_arm_is_close():
     table = example("two_link").task.obstacles[:1]
     past = pm.ArmManeuver(arm=pm.Arm(links=links), **ends, duration=5, obstacles=table, margin=0.1)
     block = pm.Block(vertices=[(1.1, 0.0), (1.5, 0.0), (1.5, 0.15), (1.1, 0.15)])
-    for task, far in ((past, 0.1), (small(obstacles=[block]), 0.0)):
+    for task, far in ((past, 0.1), (small(obstacles=[block]), 0.0))[not ALL :]:
         plan = pm.solve(task, pm.Settings(rounds=20))
         workspace = task.workspace
         assert plan.contacts

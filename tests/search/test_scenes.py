@@ -62,7 +62,6 @@ def test_the_tree_s_proof_proves_its_bound(seed, monkeypatch):
     assert min(tree.lower, tree.upper) == pytest.approx(BlockProof(tree.root.trunk.branch()).bound(classes), rel=1e-12)
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("seeds", CHUNKS, ids=str)
 def test_random_scenes(seeds):
     """Every plan called solved is free, none beats its bound, and nearly all are solved."""
@@ -165,7 +164,6 @@ def test_a_polygon_of_the_circle_turns_with_the_way():
         assert (abs(one.peak - other.peak) <= 1e-6 * one.peak) == same
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("seed", range(0, 6, 1 if ALL else 3))
 def test_no_path_past_two_points_beats_the_bound(seed):
     """Free paths made another way, through two given points, against the bound of the scene."""
@@ -275,7 +273,6 @@ def test_refusals_of_what_does_not_go_together():
         pm.solve(closed)
 
 
-@pytest.mark.no_cover
 def test_a_region_and_a_speed_beside_a_block():
     square = box(1.5, 2.5, -0.5, 0.3)
     common = {"goal": pm.State(position=(4, 0)), "duration": 20.0, "margin": 0.05}

@@ -61,7 +61,6 @@ LONGER = {"hundred blocks", "hundred blocks, another way"}  # in 0.2 s they are 
 SOME = {"arm"}  # 1 s for the others in `make proofs`
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("name", "limit"),
     [(name, 0.2) for name in HARD if name not in LONGER]
@@ -80,7 +79,6 @@ def test_time_limits_are_kept(monkeypatch, name, limit):
     assert plan.lower_bound >= 0
 
 
-@pytest.mark.no_cover
 def test_a_time_limit_is_kept_by_a_search_with_many_boxes(monkeypatch):
     """Each box is bounded anew in the end: that takes some of the time, too."""
     monkeypatch.setattr(deadline, "time", SimpleNamespace(perf_counter=time.process_time))

@@ -12,10 +12,7 @@ from tests.conftest import ALL
 
 ROOT = Path(__file__).parents[2]
 BOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
-SOME = {
-    "03_global_proof",
-    "04_obstacles",
-}  # the others are run again by `make proofs`: most of what they say has its test
+SOME = {"03_global_proof"}  # the others are run again by `make proofs`
 NUMBER = re.compile(r"[-+]?\d+(?:\.(\d+))?(?:[eE]([-+]\d+))?")
 CLOSE, NOTHING = 0.02, 1e-9  # relative; below the latter a number is rounding
 
@@ -54,7 +51,6 @@ def test_output_is_there_and_no_more_than_a_reader_needs(book):
         assert ("display_data" in kinds) == ("plt.show()" in source)
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("book", [one for one in BOOKS if ALL or one.stem in SOME], ids=lambda path: path.stem)
 def test_what_it_says_is_what_the_present_code_says(book, tmp_path):
     ran = Path(shutil.copy(book, tmp_path))
