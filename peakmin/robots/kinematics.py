@@ -14,12 +14,15 @@ so |delta| falls from pi to 0 as rho grows from |c_i - c_j| to c_i + c_j, and it
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..types import Array
+
+ANGLE = 1e-9  # rad: up to which a joint counts as within its limits
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,11 @@ class Pair:
     @property
     def outer(self) -> float:
         return self.a + self.b
+
+    def radius(self, bend: float) -> float:
+        """|a + b e(bend)| [m], between inner and outer: rho of a bend."""
+        near, far = math.sin(bend / 2) ** 2, math.cos(bend / 2) ** 2
+        return math.sqrt(far * self.outer**2 + near * self.inner**2)
 
     def bend(self, rho: Array) -> Array:
         """|delta| at a distance rho [m]; distances out of reach count as the nearest in reach."""

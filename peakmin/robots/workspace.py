@@ -7,6 +7,7 @@ with a point deeper than D_k inside touches them everywhere near.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,12 +17,13 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from ..types import Array
-from .kinematics import Chain, Pair
+from .kinematics import ANGLE, Chain, Pair
 
 Geometries = NDArray[np.object_]  # of shapely
 FREE, OPEN, BLOCKED = 1, 0, -1
 PROBES = np.linspace(0.1, 0.9, 5)  # fractions of a link's part inside an obstacle at which its depth is looked for
 FIRST_CELLS = 64
+ROUNDED = 1e-12  # relative: by which radii that come out of angles are drawn out
 MOST_CELLS = 4000  # open cells of one level; more are left open
 
 
@@ -141,35 +143,58 @@ def _longest(parts: Geometries) -> Geometries:
 class Sheets:
     """The configurations of a two-link arm with elbows -1, 1 or both: maps of the annulus of its centre of mass.
 
-    A place is blocked where it is so in every sheet.
+    A place is blocked where it is so in every sheet, or beyond what the second joint's limits leave of it there.
+
+    limits: least and largest angle of the second joint [rad], or None.
     """
 
     workspace: Workspace
     elbows: tuple[float, ...]
+    limits: tuple[float, float] | None = None
 
     @cached_property
     def pair(self) -> Pair:
         return Pair(*self.workspace.chain.c.tolist())
 
+    @cached_property
+    def rings(self) -> list[list[tuple[float, float]]]:
+        """For each elbow, inner and outer radii [m] of where the limits leave the centre of mass."""
+        return [
+            [(self.pair.radius(far) * (1 - ROUNDED), self.pair.radius(near) * (1 + ROUNDED)) for near, far in bends]
+            if self.limits
+            else [(self.pair.inner, self.pair.outer)]
+            for bends in (bends_within(self.limits, elbow) for elbow in self.elbows)
+        ]
+
     def slack(self, r: Array) -> Array:
-        """How far the arm is from touching or r from the annulus's edges [m], negative beyond; (..., 2) -> (...)."""
+        """How far the arm is from touching or r from its rings' edges [m], negative beyond; (..., 2) -> (...)."""
         s = r - self.workspace.chain.base
         rho = np.hypot(s[..., 0], s[..., 1])
-        room = np.minimum(self.pair.outer - rho, rho - self.pair.inner if self.pair.inner > 0 else np.inf)
-        if not self.workspace.obstacles:
-            return np.asarray(room)
-        free = [np.min(self.workspace.clearance(self.pair.angles(s, elbow)), axis=-1) for elbow in self.elbows]
-        return np.asarray(np.minimum(room, np.max(free, axis=0) - self.workspace.margin))
+        free = []
+        for elbow, rings in zip(self.elbows, self.rings, strict=True):
+            room = np.full(rho.shape, -np.inf)
+            for inner, outer in rings:
+                room = np.maximum(room, np.minimum(outer - rho, rho - inner if inner > 0 else np.inf))
+            if self.workspace.obstacles:
+                apart = np.min(self.workspace.clearance(self.pair.angles(s, elbow)), axis=-1)
+                room = np.minimum(room, apart - self.workspace.margin)
+            free.append(room)
+        return np.asarray(np.max(free, axis=0))
 
     def decide(self, r: Array, radius: Array) -> Array:
         """FREE, BLOCKED or OPEN for all centres of mass in balls around r, (..., 2) and (...) [m] -> (...)."""
         s = r - self.workspace.chain.base
         rho, spread = np.hypot(s[..., 0], s[..., 1]), self.pair.spread(s, radius)
-        each = [self.workspace.decide(self.pair.angles(s, elbow), spread) for elbow in self.elbows]
-        out = np.max(each, axis=0)
-        beyond = (rho - radius > self.pair.outer) | (rho + radius < self.pair.inner)
-        reached = (rho + radius <= self.pair.outer) & (rho - radius >= self.pair.inner)
-        return np.where(beyond, BLOCKED, np.where((out == FREE) & ~reached, OPEN, out))
+        out = np.full(rho.shape, BLOCKED)
+        for elbow, rings in zip(self.elbows, self.rings, strict=True):
+            here = self.workspace.decide(self.pair.angles(s, elbow), spread)
+            beyond, reached = np.ones(rho.shape, dtype=bool), np.zeros(rho.shape, dtype=bool)
+            for inner, outer in rings:
+                beyond &= (rho - radius > outer) | (rho + radius < inner)
+                reached |= (rho + radius <= outer) & (rho - radius >= inner)
+            here = np.where((here == FREE) & ~reached, OPEN, here)
+            out = np.maximum(out, np.where(beyond, BLOCKED, here))
+        return out
 
     def gaps(self, origin: Array, along: Array, low: float, high: float, finest: float) -> list[tuple[float, float]]:
         """The intervals of y in [low, high] where origin + y along, (2,) each [m], is not proved blocked.
@@ -188,6 +213,22 @@ class Sheets:
             middle = cells.mean(axis=1)
             cells = np.vstack([np.stack([cells[:, 0], middle], axis=1), np.stack([middle, cells[:, 1]], axis=1)])
         return _merged(np.vstack(kept))
+
+
+def bends_within(limits: tuple[float, float] | None, elbow: float) -> list[tuple[float, float]]:
+    """The intervals of |bend| in [0, pi] that a second joint within limits [rad] can have with an elbow, -1 or 1.
+
+    Whole turns of the joint are the same bend. Drawn out by ANGLE, to which limits are kept.
+    """
+    if limits is None:
+        return [(0.0, math.pi)]
+    low, high = (limits[0] - ANGLE, limits[1] + ANGLE) if elbow > 0 else (-limits[1] - ANGLE, -limits[0] + ANGLE)
+    out: list[tuple[float, float]] = []
+    for turn in range(math.floor(low / math.tau), math.ceil(high / math.tau) + 1):
+        near, far = max(low - turn * math.tau, 0.0), min(high - turn * math.tau, math.pi)
+        if near <= far and (near, far) not in out:
+            out.append((near, far))
+    return out
 
 
 def _merged(cells: Array) -> list[tuple[float, float]]:

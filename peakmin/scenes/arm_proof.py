@@ -75,7 +75,7 @@ class PassageProof:
         parts = [one.bound(passage) for one in self.touching] if around else [0.0]
         if passage.keeps and not (flooded is not None and flooded.parts(passage.theta, passage.elbow)):
             parts.append(0.0 if self.kept is None else self.kept.bound(passage, ALL))
-        return max(every, min(parts))
+        return max(every, min(parts, default=math.inf))
 
     def _around(self, edge: Edge) -> bool:
         """Whether the arcs go all the way around an edge."""

@@ -15,9 +15,10 @@ from ..robots.dynamics import PlanarRobot
 from ..robots.extremes import Extremes, extremes
 from ..robots.joint_motion import JointMotion
 from ..robots.joints import JointPath
+from ..robots.kinematics import ANGLE
 from ..robots.link_clearance import LinkClearance, link_clearance
 from ..robots.workspace import Workspace
-from ..spec.arm import ANGLE, ArmManeuver, postures
+from ..spec.arm import ArmManeuver, postures
 from ..spec.maneuver import Maneuver
 from ..spec.task import Task
 from ..types import Array

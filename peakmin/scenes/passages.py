@@ -16,7 +16,7 @@ from ..geometry.trajectory import Trajectory
 from ..robots.joints import JointPath
 from ..robots.kinematics import unit
 from ..robots.link_clearance import link_clearance
-from ..robots.workspace import Sheets, Workspace
+from ..robots.workspace import Sheets, Workspace, bends_within
 from ..spec.arm import ArmManeuver, postures
 from ..spec.frame import Frame
 from ..spec.maneuver import Maneuver, State
@@ -29,7 +29,7 @@ NEAR, TURNED = 0.02, 0.3  # of the arm, and rad: lines less apart replace each o
 MOST_LINES = 2  # conditions of one class
 CLOSE = 1e-3  # of the arm: how close to its base a folded arm comes at most on a way that is kept out of things
 STEP = 1e-6  # of the arm: for the slope of a clearance
-BOXES, MORE = 6, 20  # of obstacle times at first; times as many where a class's own gap is what is left
+BOXES, MORE = 60, 4  # of obstacle times at first; times as many where a class's own gap is what is left
 Edge = Literal["outer", "inner"]
 
 
@@ -103,8 +103,15 @@ class Passage:
 
     @property
     def edges(self) -> list[Edge]:
-        """The circles on which an elbow can turn over."""
-        return ["outer", "inner"]
+        """The circles on which the elbow can turn over, straight or folded, as far as the second joint's limits let it."""
+        bends = [bend for elbow in (-1.0, 1.0) for bend in bends_within(self.limits, elbow)]
+        reached = {"outer": any(near == 0 for near, _ in bends), "inner": any(far == math.pi for _, far in bends)}
+        return [edge for edge in ("outer", "inner") if reached[edge]]
+
+    @property
+    def limits(self) -> tuple[float, float] | None:
+        """Of the second joint [rad], which tells how far the centre of mass is from the base."""
+        return self.asked.arm.links[1].limits
 
     @property
     def keeps(self) -> bool:
@@ -125,7 +132,7 @@ class Passage:
     @cached_property
     def sheets(self) -> Sheets:
         """The configurations of a motion that keeps its elbow, or with `any_elbow` of every motion."""
-        return Sheets(self.workspace, (-1.0, 1.0) if self.any_elbow else (self.elbow,))
+        return Sheets(self.workspace, (-1.0, 1.0) if self.any_elbow else (self.elbow,), self.limits)
 
     @cached_property
     def whole(self) -> Passage:
@@ -278,12 +285,12 @@ class Passage:
                 v = path.motion.velocity(t[np.argmin(rho)])
                 n = np.array([-v[1], v[0]]) / (length(v) or 1.0)
             out.append(Plane(int(k), n, inner + float(n @ workspace.chain.base)))
-        if not workspace.obstacles:
+        if not workspace.obstacles and self.limits is None:
             return out
         step = STEP * workspace.size
 
         def slack(at: Array) -> Array:
-            each = {sign: Sheets(workspace, (sign,)).slack(at) for sign in np.unique(signs).tolist()}
+            each = {sign: Sheets(workspace, (sign,), self.limits).slack(at) for sign in np.unique(signs).tolist()}
             return np.select([signs == sign for sign in each], list(each.values()))
 
         here = slack(r)

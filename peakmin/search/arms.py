@@ -211,7 +211,7 @@ class ArmSearch:
             return PassageProof(passage.indices, None, (), kept.root.trunk.branch())
         own = self._split(passage, arcs)
         whole = None
-        if min(arc.bound for arc in own) < self._enough:
+        if min((arc.bound for arc in own), default=math.inf) < self._enough:
             whole = GapTree(passage.whole, self.effort)
             upper = min(self.upper, math.inf if kept is None else kept.lower)
             whole.run(lambda: upper, self._no)
@@ -260,8 +260,8 @@ class ArmSearch:
         return None if way is None else JointWay(self.scene.workspace, way, self.scene.task.duration)
 
     def _alone(self, passage: Passage) -> bool:
-        """Whether a tree of all motions is enough: without obstacles both elbows see the same."""
-        return passage.keeps and not self.scene.task.obstacles
+        """Whether a tree of all motions is enough: without obstacles and limits both elbows see the same."""
+        return passage.keeps and not self.scene.task.obstacles and passage.limits is None
 
     def _arcs(self, passage: Passage) -> list[_Arc]:
         arcs = []
@@ -285,6 +285,8 @@ class ArmSearch:
     def _split(self, passage: Passage, arcs: list[_Arc]) -> list[_Arc]:
         """The arcs, the lowest split until each bounds more than the best motion, or splitting gains no more."""
         waiting = Frontier((arc.bound, arc) for arc in arcs)
+        if not arcs:
+            return arcs
         stalled, left = 0, 1.0
         for _ in range(SPLITS):
             bound, arc = waiting.lowest, waiting.first

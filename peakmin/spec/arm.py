@@ -12,14 +12,13 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from ..geometry.norm import length
-from ..robots.kinematics import Chain, Pair
+from ..robots.kinematics import ANGLE, Chain, Pair
 from ..robots.workspace import Workspace
 from .model import Model, Number, Positive, Vector, few
 from .obstacles import Blocks
 from .task import Task
 
 Elbow = Literal["up", "down", "either"]
-ANGLE = 1e-9  # rad: up to which a joint counts as within its limits
 
 
 class Link(Model):
