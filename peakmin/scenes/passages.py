@@ -103,7 +103,7 @@ class Passage:
 
     @property
     def edges(self) -> list[Edge]:
-        """The circles on which the elbow can turn over, straight or folded, as far as the second joint's limits let it."""
+        """The circles on which the elbow can turn over, straight or folded, as far as the second joint may."""
         bends = [bend for elbow in (-1.0, 1.0) for bend in bends_within(self.limits, elbow)]
         reached = {"outer": any(near == 0 for near, _ in bends), "inner": any(far == math.pi for _, far in bends)}
         return [edge for edge in ("outer", "inner") if reached[edge]]
