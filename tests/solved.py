@@ -1,9 +1,10 @@
-"""Plans that several tests look at, solved once in a run of the tests, whichever of its processes asks first."""
+"""What several tests look at, made once in a run of the tests, whichever of its processes asks first."""
 
 import functools
 import hashlib
 import os
 import pickle
+from collections.abc import Callable
 from pathlib import Path
 
 from filelock import FileLock
@@ -18,18 +19,23 @@ DEFAULT = pm.Settings()
 RUN = os.environ.get("PYTEST_XDIST_TESTRUNUID")  # of all processes of a run; without one a process is alone
 
 
-@functools.cache
-def solved(task, settings=DEFAULT):
-    """What `solve` makes of a task."""
+def once(name: str, make: Callable[[], object]):
+    """What `make` returns, under a name of its own."""
     if RUN is None:
-        return solve(task, settings)
+        return make()
     shared(RUN).mkdir(exist_ok=True)
-    asked = f"{type(task).__name__} {task.model_dump_json()} {settings.model_dump_json()}"
-    file = shared(RUN) / hashlib.sha256(asked.encode()).hexdigest()
+    file = shared(RUN) / hashlib.sha256(name.encode()).hexdigest()
     with FileLock(f"{file}.lock"):
         if not file.exists():
-            file.write_bytes(pickle.dumps(solve(task, settings)))
+            file.write_bytes(pickle.dumps(make()))
         return pickle.loads(file.read_bytes())
+
+
+@functools.cache
+def solved(task, settings=DEFAULT):
+    """The plan of a task."""
+    asked = f"{type(task).__name__} {task.model_dump_json()} {settings.model_dump_json()}"
+    return once(asked, lambda: solve(task, settings))
 
 
 def example(name):

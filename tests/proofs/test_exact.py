@@ -14,7 +14,7 @@ from tests.conftest import ALL, wall_maneuver
 from tests.random_maneuvers import maneuver, times
 
 EXACT = pm.Settings(method=pm.Exact())
-CHUNKS = [range(k, k + 20) for k in range(0, 500, 20)] if ALL else [range(1, 500, 17)]
+CHUNKS = [range(k, k + 20) for k in range(0, 500, 20)] if ALL else [range(1, 500, 34)]
 
 
 @pytest.mark.parametrize("seed", range(40))

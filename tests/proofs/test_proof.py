@@ -60,7 +60,7 @@ def test_box_bounds_hold_everywhere_in_the_box(seed):
             assert bound <= lower_bound(mass, low + rng.random(mass.walls) * (high - low), multipliers) * (1 + 1e-12)
 
 
-@pytest.mark.parametrize("seed", range(12) if ALL else (3, 6))
+@pytest.mark.parametrize("seed", range(12) if ALL else (6,))
 def test_saddle_bounds_hold_everywhere_in_the_box(seed):
     """Against the optimum itself at times all over the box, with good multipliers and with any."""
     rng = np.random.default_rng(seed)

@@ -59,7 +59,7 @@ CASES = {
 }
 
 
-SOME = CASES if ALL else ("peak", "the way alone", "speed", "region", "closed")
+SOME = CASES if ALL else ("peak", "the way alone", "speed", "region")
 
 
 @functools.cache
@@ -259,6 +259,7 @@ def test_what_refuted_is_what_is_said_even_when_the_time_is_over():
     assert str(why).count("in this time") == 1
 
 
+@pytest.mark.skipif(not ALL, reason="six seconds: `make proofs` runs it")
 def test_a_speed_that_is_enough_is_nearly_the_least():
     """By 1.15 m/s it can be done, by 1.1 m/s it was not: a quick look alone asks for 1.3 m/s."""
     walls = [pm.Wall(tip=(0.6, 0.5)), pm.Wall(tip=(1.3, -0.2), direction=(0, 1))]

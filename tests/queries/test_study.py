@@ -19,6 +19,7 @@ import peakmin as pm
 from peakmin.queries.study import table, workers
 from peakmin.queries.study.journal import Journal
 from peakmin.queries.study.row import solved_row, spec_hash
+from tests.conftest import ALL
 from tests.queries.dying import dies
 from tests.search.test_sweep import compilations  # noqa: F401  a fixture
 
@@ -365,7 +366,7 @@ def test_a_journal_outlives_what_a_power_cut_leaves(tmp_path):
         assert "".join(kept.rows) == "abcd"
 
 
-@pytest.mark.parametrize("rows", [0, 5])
+@pytest.mark.parametrize("rows", [0, 5] if ALL else [5])
 def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path, rows):
     file, store = tmp_path / "study.json", tmp_path / "rows.csv"
     file.write_text(durations(400).to_json())
