@@ -278,7 +278,7 @@ def test_limits_of_joints_are_reported():
     assert "arm.links[0].max_speed" in [one.split(":")[0] for one in plan.exceeded]
 
 
-@pytest.mark.parametrize("name", ["two_link", "three_link"])
+@pytest.mark.parametrize("name", ["two_link", "three_link"] if ALL else ["two_link"])
 def test_the_base_feels_the_planned_force(name, request):
     plan = request.getfixturevalue(name)
     found = simulate(plan)
