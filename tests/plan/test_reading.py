@@ -426,3 +426,11 @@ def test_files_of_version_1_become_what_they_are_in_version_2():
     assert (new["path"], new["proof"]["cells"]) == (None, 0)
     for spec in (None, 3):
         assert stated(json.dumps({"version": 1, "spec": spec}))[1]["walls"] == []
+
+
+@pytest.mark.parametrize("name", ["general_problem", "two_link"])
+def test_files_of_version_2_keep_their_proof_as_it_is(name):
+    second = stated((VERSION_1 / f"{name}.json").read_text())[1] | {"version": 2}
+    new = stated(json.dumps(second))[1]
+    assert new["version"] == 3
+    assert (new["proof"], new["walls"], new["kind"]) == (second["proof"], second["walls"], second["kind"])

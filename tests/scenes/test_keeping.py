@@ -298,3 +298,16 @@ def test_room_at_the_region_s_edge_is_of_what_is_seen_from_the_start():
     )
     for outside, passes in ((8e-12, True), (1.2e-11, False)):
         assert verdict(asked, Keeping(1.0, {}, 0.0, -outside, 0.0)).passed == passes
+
+
+def test_a_verdict_says_by_how_much():
+    """The amounts that advice is made of, each of its own."""
+    asked = wall_maneuver(max_speed=2.0, region=[(-1, -1), (2, -1), (2, 1), (-1, 1)])
+    found = Keeping(clearance=-0.3, each_wall={0: -0.1}, blocks=-0.2, region=-0.3, speed=2.5)
+    amounts = {one.field: (one.amount, one.words) for one in verdict(asked, found).excesses}
+    assert {name: amount for name, (amount, _) in amounts.items()} == pytest.approx(
+        {"obstacles[0]": 0.1, "blocks": 0.2, "region": 0.3, "max_speed": 0.5}
+    )
+    for name, words in {"obstacles[0]": "0.1 m beyond", "blocks": "0.2 m too close", "region": "by 0.3 m"}.items():
+        assert words in amounts[name][1]
+    assert "reaches 2.5 m/s" in amounts["max_speed"][1]
