@@ -433,7 +433,7 @@ def test_the_example_is_a_study_of_n():
 # on a cluster
 
 
-@pytest.mark.skipif(not ALL, reason="the page itself does so in `make test`")
+@pytest.mark.skipif(not ALL, reason="eight seconds: `make proofs` runs it")
 def test_dask_solves_the_page_s_study(tmp_path):
     pytest.importorskip("distributed")
     page = (ROOT / "docs" / "studies.md").read_text()
