@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,25 +52,48 @@ def link_clearance(workspace: Workspace, path: JointPath | JointMotion) -> LinkC
     within, calm = (math.inf, True) if isinstance(path, JointMotion) else (reach_clearance(path), steady(path))
     if not workspace.obstacles:
         return LinkClearance(np.inf, 0.0, within, calm)
+    proved, at = _least(workspace, path, workspace.clearance, workspace.swept, workspace.margin)
+    return LinkClearance(proved, at, within, calm)
+
+
+def self_clearance(workspace: Workspace, path: JointPath | JointMotion) -> tuple[float, float]:
+    """The least distance of links that keep clear of each other [m], and about when [s]; infinite where none do."""
+    if not workspace.pairs:
+        return math.inf, 0.0
+    return _least(workspace, path, workspace.apart, workspace.turned_apart, workspace.self_margin or 0.0)
+
+
+def _least(
+    workspace: Workspace,
+    path: JointPath | JointMotion,
+    apart: Callable[[Array], Array],
+    moved: Callable[[Array], Array],
+    margin: float,
+) -> tuple[float, float]:
+    """The least of distances over the whole motion [m], from below, and about when [s].
+
+    Args:
+        apart: distances of absolute angles, (m, n) -> (m, p);  moved: what they change by at most within a spread.
+        margin: below which they are found less exactly.
+    """
     cuts = np.union1d(np.linspace(0, path.duration, FIRST + 1), path.changes)
     low, high = cuts[:-1], cuts[1:]
-    size, margin = workspace.size, workspace.margin
+    size = workspace.size
     least, at, proved, count = np.inf, 0.0, np.inf, 0
     while len(low):
         count += len(low)
         middle = (low + high) / 2
-        theta = path.absolute(middle)
-        links = workspace.clearance(theta)
+        links = apart(path.absolute(middle))
         now = np.min(links, axis=1)
         if np.min(now) < least:
             least, at = float(np.min(now)), float(middle[np.argmin(now)])
-        bound = np.min(links - workspace.swept(path.spread(low, high)), axis=1)
+        bound = np.min(links - moved(path.spread(low, high)), axis=1)
         fine = max(FINE * size, ROUGH * (margin - least) if least < margin else 0.0)
         done = (bound >= least - fine) | (high - low <= 1e-9 * path.duration) | (count > MOST)
         proved = min(proved, float(np.min(bound[done], initial=np.inf)))
         low, middle, high = low[~done], middle[~done], high[~done]
         low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
-    return LinkClearance(proved, at, within, calm)
+    return proved, at
 
 
 def reach_clearance(path: JointPath) -> float:

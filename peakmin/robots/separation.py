@@ -16,6 +16,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from ..geometry.norm import norm
 from ..types import Array
 from .kinematics import Chain, unit
 
@@ -62,3 +63,44 @@ def separations(chain: Chain, theta: Array, polygon: Array) -> tuple[Array, Arra
     across = np.einsum("mnx,mkx->mnk", g, own) * chain.length  # g . d(step of link k)
     part = np.tril(np.ones((chain.links, chain.links)), -1) + share[..., None] * np.eye(chain.links)
     return out - chain.half_width, part * across
+
+
+def self_separations(chain: Chain, theta: Array, pairs: list[tuple[int, int]]) -> tuple[Array, Array]:
+    """Signed distances [m] of the links of every pair i < j from each other, and their derivatives by absolute angles.
+
+    theta: (m, n) -> (m, p) and (m, p, n). With both links' ends, s(g) = min g . p - max g . r as above, and of
+    p - r = (1 - share_i) step_i + sum_{i<k<j} step_k + share_j step_j.
+    """
+    i, j = np.array(pairs, dtype=int).reshape(-1, 2).T
+    places, along = chain.joints(theta), unit(theta)
+    ends = np.stack([places[:, :-1], places[:, 1:]], axis=2)
+    first, other = ends[:, i], ends[:, j]  # (m, p, 2, 2)
+    own = np.stack([-along[..., 1], along[..., 0]], axis=-1)
+    between = (other[:, :, :, None] - first[:, :, None]).reshape(*first.shape[:2], 4, 2)
+    far = norm(between)[..., None]
+    normals = np.stack([own[:, i], -own[:, i], own[:, j], -own[:, j]], axis=2)
+    axes = np.concatenate([normals, between / np.where(far > 0, far, 1.0)], axis=2)  # (m, p, g, 2)
+    reach, deep = (np.einsum("mpgx,mpex->mpge", axes, x) for x in (other, first))
+    apart = np.min(reach, axis=-1) - np.max(deep, axis=-1)
+    best = np.argmax(apart, axis=-1)[..., None]
+    out = np.take_along_axis(apart, best, axis=-1)[..., 0]
+    g = np.take_along_axis(axes, best[..., None], axis=2)[:, :, 0]
+    reach, deep = (np.take_along_axis(x, best[..., None], axis=2)[:, :, 0] for x in (reach, deep))
+    # the nearest points: ends, or beside the other's end where a link lies along its own side
+    share_j, share_i = np.argmin(reach, axis=-1).astype(float), np.argmax(deep, axis=-1).astype(float)
+    end_i, end_j = (
+        np.take_along_axis(x, at.astype(int)[..., None, None], axis=2)[:, :, 0]
+        for x, at in ((first, share_i), (other, share_j))
+    )
+    for share, values, link, end, base in (
+        (share_j, reach, j, end_i, other[:, :, 0]),
+        (share_i, deep, i, end_j, first[:, :, 0]),
+    ):
+        flat = np.abs(values[..., 0] - values[..., 1]) <= 1e-9 * chain.length[link]
+        beside = np.einsum("mpx,mpx->mp", end - base, along[:, link]) / chain.length[link]
+        share[flat] = np.clip(beside, 0.0, 1.0)[flat]
+    across = np.einsum("mpx,mkx->mpk", g, own) * chain.length
+    k = np.arange(chain.links)
+    part = ((i[:, None] < k) & (k < j[:, None])).astype(float)
+    part = part + (1 - share_i)[..., None] * (k == i[:, None]) + share_j[..., None] * (k == j[:, None])
+    return out - chain.half_width[i] - chain.half_width[j], part * across

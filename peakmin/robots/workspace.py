@@ -31,17 +31,25 @@ MOST_CELLS = 4000  # open cells of one level; more are left open
 class Workspace:
     """An arm among obstacles.
 
-    obstacles: the corners of polygons, (k, 2) [m] each;  margin: that every link keeps from them [m].
+    obstacles: the corners of polygons, (k, 2) [m] each;  margin: that every link keeps from them [m];  self_margin:
+    that links which share no joint keep from each other [m], None where they may pass over one another.
     """
 
     chain: Chain
     obstacles: tuple[Array, ...]
     margin: float
+    self_margin: float | None = None
 
     @property
     def size(self) -> float:
         """Length of the stretched arm [m]."""
         return self.chain.size
+
+    @cached_property
+    def pairs(self) -> list[tuple[int, int]]:
+        """Links i < j that keep clear of each other."""
+        n = self.chain.links
+        return [] if self.self_margin is None else [(i, j) for i in range(n) for j in range(i + 2, n)]
 
     @cached_property
     def _polygons(self) -> list[shapely.Polygon]:
@@ -57,16 +65,36 @@ class Workspace:
         Inside, a point of the link is at least this deep.
         """
         world = self._world if world is None else world
-        points = self.chain.joints(theta)
         if shapely.is_empty(world):
             return np.full(theta.shape, np.inf)
-        lines = np.asarray(shapely.linestrings(np.stack([points[..., :-1, :], points[..., 1:, :]], axis=-2)))
+        lines = self._lines(theta)
         shapely.prepare(world)
         out = shapely.distance(lines, world)
         inside = out == 0
         if np.any(inside):
             out[inside] = -_depth(lines[inside], world)
         return np.asarray(out - self.chain.half_width)
+
+    def _lines(self, theta: Array) -> Geometries:
+        """Every link's own, (..., n) -> (..., n)."""
+        points = self.chain.joints(theta)
+        return np.asarray(shapely.linestrings(np.stack([points[..., :-1, :], points[..., 1:, :]], axis=-2)))
+
+    def apart(self, theta: Array) -> Array:
+        """Distance [m] of the links of every pair from each other, (..., n) -> (..., p); negative where widths meet."""
+        lines, width = self._lines(theta), self.chain.half_width
+        i, j = np.array(self.pairs, dtype=int).reshape(-1, 2).T
+        return np.asarray(shapely.distance(lines[..., i], lines[..., j]) - width[i] - width[j])
+
+    def turned_apart(self, spread: Array) -> Array:
+        """How far [m] the links of a pair may move against each other, angles within d_k [rad]; (..., n) -> (..., p).
+
+        Seen from the joint at the end of link i, that link moves by l_i d_i and link j by sum_{i<k<=j} l_k d_k.
+        """
+        swept = self.swept(spread)
+        before = np.concatenate([np.zeros_like(swept[..., :1]), swept], axis=-1)
+        i, j = np.array(self.pairs, dtype=int).reshape(-1, 2).T
+        return np.asarray(swept[..., j] - before[..., i])
 
     def touched(self, theta: Array) -> tuple[int, int, float] | None:
         """An obstacle nearer than the margin in a configuration (n,): its index, the link's, their distance [m]."""

@@ -16,7 +16,7 @@ from ..robots.extremes import Extremes, extremes
 from ..robots.joint_motion import JointMotion
 from ..robots.joints import JointPath
 from ..robots.kinematics import ANGLE
-from ..robots.link_clearance import LinkClearance, link_clearance
+from ..robots.link_clearance import LinkClearance, link_clearance, self_clearance
 from ..robots.workspace import Workspace
 from ..spec.arm import ArmManeuver, postures
 from ..spec.maneuver import Maneuver
@@ -168,6 +168,11 @@ class ArmScene:
     def kept(self, motion: JointMotion | JointPath) -> ArmKept:
         clear, most = link_clearance(self.workspace, motion), extremes(motion)
         out = [] if clear.short(self.workspace) == 0 else [_too_close(clear, self.workspace)]
+        least, at = self_clearance(self.workspace, motion)
+        short = (self.task.arm.self_margin or 0.0) - least
+        if short > 0:
+            said = f"arm.self_margin: two links come {short:.6g} m too close to each other about {at:.4g} s"
+            out.append(Excess("arm.self_margin", short, "m", said))
         return ArmKept(clear.least, clear.at, (*out, *beyond_limits(self.task, motion, most)), clear, most)
 
     def impossible(self) -> Impossible | None:

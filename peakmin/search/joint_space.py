@@ -21,7 +21,7 @@ from ..geometry.norm import norm
 from ..programs.joint_step import SHARES, JointStep, Limits, Linear, by_hold
 from ..robots.dynamics import PlanarRobot
 from ..robots.joint_motion import JointMotion
-from ..robots.separation import convex_pieces, separations
+from ..robots.separation import convex_pieces, self_separations, separations
 from ..robots.workspace import Workspace
 from ..types import Array
 
@@ -84,7 +84,7 @@ class JointSearch:
         n, finite = self.robot.joints, self._scaled.finite
         known = self.programs.get((self.holds, finite))
         if known is None:
-            known = JointStep(n, 2, self.holds, n * min(len(self._pieces), NEAREST), finite)
+            known = JointStep(n, 2, self.holds, n * min(len(self._pieces), NEAREST) + len(self.workspace.pairs), finite)
             self.programs[self.holds, finite] = known
         return known
 
@@ -141,19 +141,35 @@ class JointSearch:
         return Linear(np.array(u), np.array(u_by), np.array(tau), np.array(tau_by), apart, apart_by)
 
     def _apart(self, q: Array, h: float) -> tuple[Array, Array]:
-        """Distances of links from the nearest pieces less what is to be kept, at the middles of the holds."""
+        """Distances of links from the nearest pieces, then from each other, less what is to be kept, at the middles of
+        the holds.
+        """
+        every = [self._apart_from_obstacles(q), self._apart_from_links(q)]
+        rows, by_q = (np.concatenate(x) / self.workspace.size for x in zip(*every, strict=True))
+        return rows, by_hold(by_q, 0.5, h, self.robot.joints)
+
+    def _apart_from_obstacles(self, q: Array) -> tuple[Array, Array]:
+        """Rows (r, N) [m] and their derivatives by q, (r, N, n)."""
         n, N = self.robot.joints, self.holds
         if not self._pieces:
-            return np.zeros((0, N)), np.zeros((0, N, 3 * n))
+            return np.zeros((0, N)), np.zeros((0, N, n))
         every = [separations(self.workspace.chain, np.cumsum(q, axis=1), piece) for piece in self._pieces]
         far, by = np.stack([x for x, _ in every], axis=-1), np.stack([x for _, x in every], axis=-1)  # (N, n, p)
         nearest = np.argsort(far, axis=-1)[..., : min(len(self._pieces), NEAREST)]
         far = np.take_along_axis(far, nearest, axis=-1)
         by = np.take_along_axis(by, nearest[:, :, None, :], axis=-1)
         joints = np.cumsum(by[:, :, ::-1], axis=2)[:, :, ::-1]  # theta = cumsum(q)
-        rows = (far - self.workspace.margin - self.room).transpose(1, 2, 0).reshape(-1, N) / self.workspace.size
-        by_q = joints.transpose(1, 3, 0, 2).reshape(-1, N, n) / self.workspace.size
-        return rows, by_hold(by_q, 0.5, h, n)
+        rows = (far - self.workspace.margin - self.room).transpose(1, 2, 0).reshape(-1, N)
+        return rows, joints.transpose(1, 3, 0, 2).reshape(-1, N, n)
+
+    def _apart_from_links(self, q: Array) -> tuple[Array, Array]:
+        """The same of links that keep clear of each other."""
+        workspace, N = self.workspace, self.holds
+        if not workspace.pairs:
+            return np.zeros((0, N)), np.zeros((0, N, self.robot.joints))
+        far, by = self_separations(workspace.chain, np.cumsum(q, axis=1), workspace.pairs)
+        joints = np.cumsum(by[:, :, ::-1], axis=2)[:, :, ::-1]
+        return (far - (workspace.self_margin or 0.0) - self.room).T, joints.transpose(1, 0, 2)
 
     def _merit(self, about: Linear) -> tuple[float, float]:
         """M and what is not kept."""

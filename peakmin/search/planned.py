@@ -69,8 +69,9 @@ def _goals(scene: ArmScene, begin: Array, goal: Array) -> list[Array]:
         return []
     first = np.array([each[0] for each in options])
     found = [first]
+    free = not scene.workspace.obstacles and not scene.workspace.pairs
     for k, each in enumerate(options):
-        if len(each) > 1 and abs(each[1] - begin[k]) <= 1.5 * math.pi:
+        if len(each) > 1 and abs(each[1] - begin[k]) <= (1.5 if free else 2) * math.pi:
             other = first.copy()
             other[k] = each[1]
             found.append(other)
@@ -130,10 +131,12 @@ class Planner:
         return Limits(low, high, may.speed, may.acceleration, torque)
 
     def search(self, begin: Array, end: Array, holds: int) -> JointSearch:
-        limits, room = self.limits(begin, end), 1e-4 * self.scene.size if self.scene.task.obstacles else 0.0
-        return JointSearch(
-            self.scene.workspace, self.scene.task.duration, limits, holds, self.until, room, programs=self.programs
+        workspace = self.scene.workspace
+        limits, room = (
+            self.limits(begin, end),
+            1e-4 * self.scene.size if workspace.obstacles or workspace.pairs else 0.0,
         )
+        return JointSearch(workspace, self.scene.task.duration, limits, holds, self.until, room, programs=self.programs)
 
     def look(self, known: dict[tuple[int, int], list[Array]], passages: list[Passage]) -> list[Motion]:
         """Motions with few holds, best first: from every start in few steps, from what came out best in as many as pay.
@@ -232,7 +235,7 @@ class Planner:
         """A search that asks more of what was not kept."""
         limits, room = search.limits, search.room
         for one in excesses:
-            if one.field == "obstacles":
+            if one.field in ("obstacles", "arm.self_margin"):
                 room += MORE * one.amount
             elif one.field.endswith("max_torque") or one.field == "max_moment":
                 k = int(one.field.split("[")[1].split("]")[0]) if "[" in one.field else 0

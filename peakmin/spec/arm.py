@@ -77,11 +77,14 @@ class Arm(Model):
         links: from the base to the tip, at least two.
         base: position of the first joint [m].
         payload: point mass at the tip [kg].
+        self_margin: distance [m] that links which share no joint keep from each other, half-widths included; without
+            it they lie in different planes and may pass over one another.
     """
 
     links: Annotated[tuple[Link, ...], Field(min_length=2, max_length=20), few(20)]
     base: Vector = (0.0, 0.0)
     payload: Annotated[Number, Field(ge=0)] = 0.0
+    self_margin: Annotated[Number, Field(ge=0)] | None = None
 
     @property
     def chain(self) -> Chain:
@@ -171,7 +174,7 @@ class ArmManeuver(ArmTask):
     def workspace(self) -> Workspace:
         """The arm among the obstacles; made anew each time."""
         polygons = tuple(np.array(block.vertices) for block in self.obstacles)
-        return Workspace(self.arm.chain, polygons, self.margin)
+        return Workspace(self.arm.chain, polygons, self.margin, self.arm.self_margin)
 
     @model_validator(mode="after")
     def _poses_exist(self) -> ArmManeuver:
@@ -198,6 +201,15 @@ class ArmManeuver(ArmTask):
                     f".obstacles[{i}]: was {depth:.4g} m from link {link + 1} at the {name}, must leave the arm "
                     f"{self.margin:g} m free there"
                 )
+            least = self.arm.self_margin
+            if least is not None and workspace.pairs:
+                apart = [workspace.apart(np.array(theta)) for theta in found]
+                if all(np.min(one) < least * (1 - 1e-12) for one in apart):
+                    first, second = workspace.pairs[int(np.argmin(apart[0]))]
+                    raise ValueError(
+                        f".{name}: was links {first + 1} and {second + 1} {np.min(apart[0]):.4g} m apart, must be at "
+                        f"least arm.self_margin, {least:g} m"
+                    )
         return self
 
 
