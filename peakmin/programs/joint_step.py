@@ -9,6 +9,10 @@ In scaled units (duration 1, lengths by the arm, torques by mass size^2 / T^2), 
     |dq_k| <= trust,
     q_{k+1} = q_k + h v_k + h^2 a_k / 2,   v_{k+1} = v_k + h a_k,   both ends given, at rest
 
+or, once a peak is known that may be taken,
+
+    minimise  m + mu sum(slack)   subject to the same with M a number, + slack, and |tau_1 + dtau_1| <= m,
+
 with du, dtau, ddistance linear in dq, dv, da of their hold: parameters, as the limits are, so that only numbers change
 from step to step and from start to start.
 """
@@ -76,18 +80,19 @@ def by_hold(derivative: Array, share: float, step: float, joints: int) -> Array:
 class JointStep:
     """The program of n joints in d dimensions on N holds with r rows of distances at every hold.
 
-    finite: which limits there are, as `Limits.finite` says.
+    finite: which limits there are, as `Limits.finite` says;  moment: whether the base moment is what is made least.
     """
 
     def __init__(
-        self, joints: int, dimension: int, holds: int, rows: int, finite: tuple[tuple[bool, ...], ...]
+        self, joints: int, dimension: int, holds: int, rows: int, finite: tuple[tuple[bool, ...], ...], moment: bool
     ) -> None:
         n, N, h = joints, holds, 1.0 / holds
         self._some = [np.flatnonzero(one) for one in finite]
         self._bounds = [cp.Parameter((1, len(some))) for some in self._some]
         low, high, speed, acceleration = zip(self._some[:-1], self._bounds[:-1], strict=True)
         self._q, self._v, self._a = cp.Variable((N + 1, n)), cp.Variable((N + 1, n)), cp.Variable((N, n))  # changes
-        self._peak = cp.Variable()
+        self._least = cp.Variable()
+        self._peak = cp.Parameter(nonneg=True) if moment else self._least
         self._known = [cp.Parameter((N + 1, n)), cp.Parameter((N + 1, n)), cp.Parameter((N, n))]
         self._trust, self._cost = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True)
         q, v, a = (x + known for x, known in zip((self._q, self._v, self._a), self._known, strict=True))
@@ -103,10 +108,12 @@ class JointStep:
             self._v[1:] == self._v[:-1] + h * self._a,
             cp.abs(self._q) <= self._trust,
         ]
+        slacks: list[cp.Variable] = []
         for at, by in zip(self._u, self._u_by, strict=True):
             u = cp.vstack([x + cp.sum(cp.multiply(p, whole), axis=1) for x, p in zip(at, by, strict=True)])
-            rules.append(cp.SOC(self._peak * np.ones(N), u, axis=0))
-        slacks: list[cp.Variable] = []
+            if moment:
+                slacks.append(cp.Variable(N, nonneg=True))
+            rules.append(cp.SOC(self._peak * np.ones(N) + (slacks[-1] if moment else 0.0), u, axis=0))
         for sign, (some, bound) in ((1, high), (-1, low)):
             if len(some):
                 rules += [sign * q[:, some] <= sign * np.ones((N + 1, 1)) @ bound]
@@ -121,13 +128,17 @@ class JointStep:
             for x, p in zip(at, by, strict=True):
                 slacks.append(cp.Variable(N, nonneg=True))
                 rules.append(cp.abs(x + cp.sum(cp.multiply(p, whole), axis=1)) <= 1 + slacks[-1])
+        self._moment = [cp.Parameter(N) for _ in SHARES] if moment else []
+        self._moment_by = [cp.Parameter((N, 3 * n)) for _ in self._moment]
+        for x, p in zip(self._moment, self._moment_by, strict=True):
+            rules.append(cp.abs(x + cp.sum(cp.multiply(p, whole), axis=1)) <= self._least)
         self._apart = [cp.Parameter(N) for _ in range(rows)]
         self._apart_by = [cp.Parameter((N, 3 * n)) for _ in range(rows)]
         for x, p in zip(self._apart, self._apart_by, strict=True):
             slacks.append(cp.Variable(N, nonneg=True))
             rules.append(x + cp.sum(cp.multiply(p, whole), axis=1) + slacks[-1] >= 0)
         missing = cp.sum(cp.hstack(slacks)) if slacks else 0.0
-        self._problem = cp.Problem(cp.Minimize(self._peak + self._cost * missing), rules)
+        self._problem = cp.Problem(cp.Minimize(self._least + self._cost * missing), rules)
 
     def solve(
         self,
@@ -137,9 +148,13 @@ class JointStep:
         trust: float,
         cost: float,
         until: float = math.inf,
+        peak: float = math.inf,
     ) -> tuple[Array, float] | None:
         """The accelerations (N, n) of the next motion and the cost that it is promised to have; None where the solver
         finds none.
+
+        Args:
+            peak: that may be taken, where the base moment is made least.
         """
         every = (limits.low, limits.high, limits.speed, limits.acceleration, limits.torque)
         for bound, some, value in zip(self._bounds, self._some, every, strict=True):
@@ -147,11 +162,15 @@ class JointStep:
         for parameter, value in zip(self._known, known, strict=True):
             parameter.value = value
         self._trust.value, self._cost.value = trust, cost
+        if self._moment:
+            self._peak.value = peak
         for i in range(len(SHARES)):
             for k, (at, by) in enumerate(zip(self._u[i], self._u_by[i], strict=True)):
                 at.value, by.value = about.u[i, :, k], about.u_by[i, :, k]
             for j, at, by in zip(self._limited, self._tau[i], self._tau_by[i], strict=True):
                 at.value, by.value = about.tau[i, :, j] / limits.torque[j], about.tau_by[i, :, j] / limits.torque[j]
+            if self._moment:
+                self._moment[i].value, self._moment_by[i].value = about.tau[i, :, 0], about.tau_by[i, :, 0]
         for k, (at, by) in enumerate(zip(self._apart, self._apart_by, strict=True)):
             at.value, by.value = about.apart[k], about.apart_by[k]
         try:

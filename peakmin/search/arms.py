@@ -77,7 +77,8 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
     if not first and not any(plan.status == "solved" for plan in every):
         planned = planner.finished(looked)
     made = [with_proof(one, proof, job, planner, effort.boxes) for one in planned]
-    return best_plan([*every, *(plan_of(scene, settings, one) for one in made)])
+    plan = best_plan([*every, *(plan_of(scene, settings, one) for one in made)])
+    return planner.calmer(plan) if scene.task.then == "moment" else plan
 
 
 def best_plan(every: list[ArmPlan]) -> ArmPlan:

@@ -5,13 +5,15 @@ true to the promised gain. The merit is the program's cost with nothing linearis
 
     M(q) + mu sum(what is not kept)
 
-A motion that comes out keeps nothing by promise: the plan's own checks, which hold between instants too, decide.
+or, where a peak is given that may be taken, that with the largest |tau_1| in place of M and what is above that peak
+among what is not kept. A motion that comes out keeps nothing by promise: the plan's own checks, which hold between
+instants too, decide.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -37,8 +39,9 @@ INSIDE = 1e-6  # relative: by which limits are drawn in, for what bends between 
 class JointSearch:
     """The planner of one arm on N holds, all of it scaled: duration 1, lengths by the arm's, masses by its own.
 
-    limits: in SI units;  room: that links keep beyond their margin [m];  count: programs solved;  programs: those that
-    are compiled, by their number of holds and by which limits there are.
+    limits: in SI units;  room: that links keep beyond their margin [m], always or on each hold (N,);  count: programs
+    solved;  programs: those that are compiled, by their number of holds, by which limits there are and by what is made
+    least;  peak: that may be taken [m/s^2], the base moment is made least then.
     """
 
     workspace: Workspace
@@ -46,9 +49,10 @@ class JointSearch:
     limits: Limits
     holds: int
     until: float = math.inf
-    room: float = 0.0
+    room: float | Array = 0.0
     count: int = 0
     programs: dict[tuple[object, ...], JointStep] = field(default_factory=dict)
+    peak: float | None = None
 
     @cached_property
     def robot(self) -> PlanarRobot:
@@ -81,11 +85,11 @@ class JointSearch:
 
     @cached_property
     def _program(self) -> JointStep:
-        n, finite = self.robot.joints, self._scaled.finite
-        known = self.programs.get((self.holds, finite))
+        n, finite, moment = self.robot.joints, self._scaled.finite, self.peak is not None
+        known = self.programs.get((self.holds, finite, moment))
         if known is None:
-            known = JointStep(n, 2, self.holds, n * min(len(self._pieces), NEAREST) + len(self.workspace.pairs), finite)
-            self.programs[self.holds, finite] = known
+            rows = n * min(len(self._pieces), NEAREST) + len(self.workspace.pairs)
+            known = self.programs[self.holds, finite, moment] = JointStep(n, 2, self.holds, rows, finite, moment)
         return known
 
     @cached_property
@@ -119,7 +123,7 @@ class JointSearch:
     def _linear(self, begin: Array, held: Array, derivatives: bool = True) -> Linear:
         q, v = self.states(begin, held)
         h, n, unit = 1.0 / self.holds, self.robot.joints, self.workspace.size
-        limited = np.any(np.isfinite(self.limits.torque))
+        limited = self.peak is not None or np.any(np.isfinite(self.limits.torque))
         u, u_by, tau, tau_by = [], [], [], []
         for share in SHARES:
             s = share * h
@@ -159,7 +163,7 @@ class JointSearch:
         far = np.take_along_axis(far, nearest, axis=-1)
         by = np.take_along_axis(by, nearest[:, :, None, :], axis=-1)
         joints = np.cumsum(by[:, :, ::-1], axis=2)[:, :, ::-1]  # theta = cumsum(q)
-        rows = (far - self.workspace.margin - self.room).transpose(1, 2, 0).reshape(-1, N)
+        rows = far.transpose(1, 2, 0).reshape(-1, N) - self.workspace.margin - self.room
         return rows, joints.transpose(1, 3, 0, 2).reshape(-1, N, n)
 
     def _apart_from_links(self, q: Array) -> tuple[Array, Array]:
@@ -169,44 +173,48 @@ class JointSearch:
             return np.zeros((0, N)), np.zeros((0, N, self.robot.joints))
         far, by = self_separations(workspace.chain, np.cumsum(q, axis=1), workspace.pairs)
         joints = np.cumsum(by[:, :, ::-1], axis=2)[:, :, ::-1]
-        return (far - (workspace.self_margin or 0.0) - self.room).T, joints.transpose(1, 0, 2)
+        return far.T - (workspace.self_margin or 0.0) - self.room, joints.transpose(1, 0, 2)
 
     def _merit(self, about: Linear) -> tuple[float, float]:
-        """M and what is not kept."""
+        """What is made least, and what is not kept."""
         over_torque = np.maximum(np.abs(about.tau) / self._scaled.torque - 1, 0.0)
-        return float(np.max(norm(about.u))), float(np.sum(over_torque) + np.sum(np.maximum(-about.apart, 0.0)))
+        missing, u = float(np.sum(over_torque) + np.sum(np.maximum(-about.apart, 0.0))), norm(about.u)
+        if self.peak is None:
+            return float(np.max(u)), missing
+        over_peak = np.maximum(u - self.peak / self._unit, 0.0)
+        return float(np.max(np.abs(about.tau[..., 0]))), missing + float(np.sum(over_peak))
 
     def improved(self, begin: Array, held: Array, cost: float, best: float = 0.0, steps: int = STEPS) -> Array:
         """What steps make of the accelerations [scaled] (N, n), as long as their gain is worth it.
 
         Args:
-            cost: mu;  best: a peak [scaled] that no motion is below;  steps: how many at most.
+            cost: mu;  best: what no motion is below [scaled];  steps: how many at most.
         """
-        trust, about = TRUST, self._linear(begin, held)
-        peak, missing = self._merit(about)
+        trust, about, allowed = TRUST, self._linear(begin, held), (self.peak or math.inf) / self._unit
+        least, missing = self._merit(about)
         for _ in range(steps):
             if over(self.until) or trust < LEAST_TRUST:
                 break
             q, v = self.states(begin, held)
             self.count += 1
-            step = self._program.solve((q, v, held), about, self._scaled, trust, cost, self.until)
+            step = self._program.solve((q, v, held), about, self._scaled, trust, cost, self.until, allowed)
             if step is None:
                 trust *= 0.4
                 continue
             trial = self.landed(begin, q[-1], step[0])
             now = self._linear(begin, trial, derivatives=False)
-            new_peak, new_missing = self._merit(now)
-            promised = peak + cost * missing - step[1]
-            gained = peak + cost * missing - new_peak - cost * new_missing
-            if promised <= ENOUGH * peak:
+            new_least, new_missing = self._merit(now)
+            promised = least + cost * missing - step[1]
+            gained = least + cost * missing - new_least - cost * new_missing
+            if promised <= ENOUGH * least:
                 break
             if gained > 0.1 * promised:
-                held, about, peak, missing = trial, self._linear(begin, trial), new_peak, new_missing
+                held, about, least, missing = trial, self._linear(begin, trial), new_least, new_missing
             if gained > 0.6 * promised:
                 trust = min(2 * trust, MOST_TRUST)
             elif gained < 0.2 * promised:
                 trust *= 0.4
-            if missing == 0 and peak <= best * (1 + ENOUGH):
+            if missing == 0 and least <= best * (1 + ENOUGH):
                 break
         return held
 
@@ -214,6 +222,11 @@ class JointSearch:
         """In SI units."""
         nodes = np.linspace(0, self.duration, self.holds + 1)
         return JointMotion(self.workspace.chain, nodes, held / self.duration**2, begin)
+
+    def moment(self, begin: Array, held: Array) -> float:
+        """The largest |tau_1| [scaled] at the instants looked at."""
+        about = replace(self, peak=math.inf)._linear(begin, held, derivatives=False)
+        return float(np.max(np.abs(about.tau[..., 0])))
 
     def score(self, begin: Array, held: Array) -> tuple[float, float]:
         """M [m/s^2] and what is not kept, at the instants looked at."""

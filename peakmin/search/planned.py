@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..deadline import over
+from ..plan.answer import plan_of
+from ..plan.arm_plan import ArmPlan
 from ..plan.found import Found
 from ..programs.joint_step import JointStep, Limits
 from ..robots.dynamics import PlanarRobot
@@ -31,6 +33,9 @@ MISSING = 1e-6  # [scaled] of what is not kept: what counts as nothing
 ALIKE = 1e-3  # relative
 MENDED = 5  # rounds in which what a motion does not keep between instants is asked more of
 MORE = 1.5  # times what is missing
+LOOKS = 9  # instants of each hold at which it is looked for
+DEARER = 3  # times that what is missing costs, round after round
+SPARED, ROUNDING = 0.01, 1e-4  # relative: of a peak, what may be given for less moment, and what is kept back of it
 
 
 Joints = Found[JointMotion | JointPath]
@@ -231,12 +236,41 @@ class Planner:
         self.steps += search.count
         return best
 
+    def calmer(self, plan: ArmPlan) -> ArmPlan:
+        """Of motions with a peak at most a hundredth above a plan's, one near it with the least base moment."""
+        path, passage = plan.joints, self.scene.passages[plan.indices]
+        if path is None or not plan.keeps:
+            return plan
+        begin, end, most = path.angles(0.0), path.angles(path.duration), (1 + SPARED) * plan.peak
+        most = min(most, self.scene.task.limit)
+        search = replace(self.search(begin, end, FINE), until=self.job.until, peak=most * (1 - ROUNDING))
+        angles = path.angles(np.linspace(0, path.duration, FINE + 1))
+        motion = Motion(Way(passage, angles), begin, search.along(angles), plan.peak, 0.0)
+        held, best = motion.held, plan
+        cost = COST * search.moment(begin, held)
+        for k in range(MENDED):
+            held = search.improved(begin, held, DEARER**k * cost)
+            now = with_proof(self._found(motion, search, held), plan.proof, self.job, self, plan.made.nodes)
+            made, kept = now.motion, now.kept
+            assert kept is not None
+            assert isinstance(made, JointMotion)
+            if kept.passed and now.peak <= most:
+                other = plan_of(self.scene, self.job.settings, now)
+                best = other if other.keeps and other.peak_moment < best.peak_moment else best
+                break
+            if over(self.job.until):
+                break
+            stricter = self._stricter(search, kept.excesses, made)
+            search = replace(stricter, peak=min(most / now.peak, 1.0) * (search.peak or most) * (1 - ROUNDING))
+        self.steps += search.count
+        return best
+
     def _stricter(self, search: JointSearch, excesses: tuple[Excess, ...], made: JointMotion) -> JointSearch:
         """A search that asks more of what was not kept."""
         limits, room = search.limits, search.room
         for one in excesses:
             if one.field in ("obstacles", "arm.self_margin"):
-                room += MORE * one.amount
+                room = room + MORE * self._short(made, one)
             elif one.field.endswith("max_torque") or one.field == "max_moment":
                 k = int(one.field.split("[")[1].split("]")[0]) if "[" in one.field else 0
                 may = allowed(self.scene.task, made.begin, made.angles(made.duration)).torque[k]
@@ -246,6 +280,16 @@ class Planner:
                 torque[k] = min(torque[k], may) - MORE * min(one.amount, 0.1 * may)
                 limits = replace(limits, torque=torque)
         return replace(search, limits=limits, room=room)
+
+    def _short(self, made: JointMotion, excess: Excess) -> Array:
+        """What is missing of a distance on each hold [m], (N,): all of it where it is most."""
+        workspace, between = self.scene.workspace, np.linspace(0, 1, LOOKS)
+        theta = made.absolute(made.nodes[:-1, None] + np.diff(made.nodes)[:, None] * between)
+        if excess.field == "obstacles":
+            short = workspace.margin - np.min(workspace.clearance(theta), axis=(1, 2))
+        else:
+            short = (workspace.self_margin or 0.0) - np.min(workspace.apart(theta), axis=(1, 2))
+        return np.asarray(np.maximum(short + max(excess.amount - float(np.max(short)), 0.0), 0.0))
 
 
 def _unlike(motions: list[Motion]) -> list[Motion]:

@@ -34,4 +34,5 @@ def redundant(scene: ArmScene, job: Job) -> ArmPlan:
         times, made = np.zeros(0), job.made(0)
         none: Joints = Found(passage.maneuver, times, None, math.inf, made, proof, indices=passage.indices)
         return plan_of(scene, job.settings, none)
-    return plan_of(scene, job.settings, with_proof(found[0], proof, job, planner, certified.nodes))
+    plan = plan_of(scene, job.settings, with_proof(found[0], proof, job, planner, certified.nodes))
+    return planner.calmer(plan) if scene.task.then == "moment" else plan

@@ -143,6 +143,7 @@ class ArmTask(Task):
         margin: distance [m] that every link keeps from them.
         max_peak: optional bound on the centre of mass's acceleration [m/s^2].
         max_moment: optional bound on the moment about the first joint that the base feels [N m].
+        then: "moment" for, among motions within a hundredth of the least peak, one with the least base moment.
     """
 
     kind: ClassVar[str] = "arm"
@@ -151,6 +152,7 @@ class ArmTask(Task):
     goal: Pose
     obstacles: Blocks = ()
     max_moment: Positive | None = None
+    then: Literal["moment"] | None = None
 
     @model_validator(mode="after")
     def _plain_blocks(self) -> ArmTask:

@@ -10,6 +10,7 @@ import peakmin as pm
 from peakmin.robots.link_clearance import self_clearance
 from peakmin.robots.separation import self_separations
 from peakmin.robots.workspace import Workspace
+from tests.solved import solved
 
 ARM = pm.Arm(links=[pm.Link(length=a, mass=m, half_width=0.03) for a, m in ((0.9, 8), (0.8, 5), (0.5, 2), (0.4, 1))])
 
@@ -65,7 +66,7 @@ def folded(**change):
 def test_links_that_would_cross_are_planned_around_each_other():
     task = folded()
     over = task.model_copy(update={"arm": task.arm.model_copy(update={"self_margin": None})})
-    crossing, plan = pm.solve(over), pm.solve(task)
+    crossing, plan = solved(over), pm.solve(task)
     t = np.linspace(0, 3, 10_001)
     assert crossing.keeps
     assert np.min(task.workspace.apart(crossing.joints.absolute(t))) < 0
@@ -81,7 +82,7 @@ def test_links_that_would_cross_are_planned_around_each_other():
 def test_a_file_whose_links_come_too_close_is_refused():
     task = folded()
     over = task.model_copy(update={"arm": task.arm.model_copy(update={"self_margin": None})})
-    data = pm.solve(over).document()
+    data = solved(over).document()
     data["spec"]["arm"]["self_margin"] = 0.02
     found = pm.verify(json.dumps(data))
     assert not found.passed
