@@ -257,10 +257,14 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
     stated = found.plan
     if as_json:
         numbers = {"peak": stated.peak, "lower_bound": found.lower_bound, "gap": stated.gap, "scope": stated.scope}
-        answer(_json({"verified": found.passed, **numbers, "problems": list(found.problems)}))
+        answer(
+            _json({"verified": found.passed, **numbers, "problems": list(found.problems), "since": list(found.since)})
+        )
     else:
         for problem in found.problems:
             answer(f"  {words.one_line(problem)}")
+        for one in found.since:
+            answer(f"  asked since its version, and not kept: {words.one_line(one)}")
         answer("verified" if found.passed else "NOT so; what is stated:")
         with np.errstate(all="ignore"):
             answer(words.facts(stated))

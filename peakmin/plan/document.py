@@ -405,6 +405,9 @@ def _upgraded(data: Json) -> Json:
     if isinstance(data.get("made"), dict):
         new["made"] = {"stopped": False, **data["made"]}
     if new["kind"] == "arm":
+        for name in SINCE_3:
+            if name in data:
+                raise SpecError(f"{name}: was given, must be left out in version {data['version']}")
         new |= dict.fromkeys(SINCE_3)
     if data["version"] == 2:
         return new

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,16 +24,22 @@ from .document import SINCE_3, VERSION, ArmDocument, PointDocument, digest, made
 from .plan import KEEPS, Plan
 
 SAME = 1e-9  # relative difference up to which a number counts as the one stated
+PRINTED = 1.5e-4  # of a number in a sentence, absolute below one, else relative
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
 @dataclass(frozen=True, repr=False)
 class Verification:
-    """What was stated and found. `problems` is empty when all of it is so."""
+    """What was stated and found. `problems` is empty when all of it is so.
+
+    since: what is asked of a motion since the version of an older file, and that of the file does not keep.
+    """
 
     plan: Plan
     peak: float
     lower_bound: float
     problems: tuple[str, ...]
+    since: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -58,8 +66,10 @@ def verify(text: str | bytes) -> Verification:
     if data.get("digest") != digest(data):
         found.append("digest: the file is not as it was written")
     motion, kept = plan.trajectory, plan.kept
+    since: tuple[str, ...] = ()
     if motion is not None and kept is not None:
         if older:  # it was not asked then that joints be within what no spec states
+            since = tuple(one.words for one in kept.excesses if not one.stated)
             kept = replace(kept, excesses=tuple(one for one in kept.excesses if one.stated))
         found += moved(plan, motion) + _kept(plan, kept)
     elif data["peak"] is not None or plan.keeps:
@@ -78,7 +88,7 @@ def verify(text: str | bytes) -> Verification:
         found.append(f"status: {plan.status}, but with a gap of {plan.gap:.6g} and accept at {accept:g} it is {known}")
     found += plan.misstated()
     found += _anew(plan, new, older)
-    return Verification(plan, math.inf if motion is None else motion.peak(), bound, tuple(found))
+    return Verification(plan, math.inf if motion is None else motion.peak(), bound, tuple(found), since)
 
 
 def plan_stated(data: Json) -> Plan | ArmPlan:
@@ -114,36 +124,63 @@ def _anew(plan: Plan, data: Json, older: bool) -> list[str]:
             again["exceeded"] = [
                 one.words for one in plan.kept.excesses if one.stated and one.words in again["exceeded"]
             ]
-    return unlike(_apart(data), _apart(again), plan.units)
-
-
-def _apart(data: Json) -> Json:
-    """The document with the angles [rad] that a path's spline goes through beside it: their last digit may differ."""
-    path = data.get("path")
-    others = path.get("others") if isinstance(path, dict) else None
-    if not isinstance(path, dict) or not isinstance(others, list | tuple) or len(others) != 2:
-        return data
-    return {**data, "path": {**path, "others": others[0]}, "others": others[1]}
+    return unlike(data, again, plan.units)
 
 
 def unlike(data: Json, again: Json, units: dict[str, float]) -> list[str]:
-    """Fields that differ from a document written anew; those with units of their own may differ by rounding errors."""
+    """Fields that differ from a document written anew by more than rounding errors, of another processor too."""
     found = [f"{name}: must {'be left out' if name in data else 'be given'}" for name in sorted(set(data) ^ set(again))]
     for name in sorted(set(data) & set(again) - {"digest", "made"}):
-        if name not in units or data[name] is None or again[name] is None:
-            if data[name] != again[name]:
-                found.append(f"{name}: was {short(data[name], 80)}, must be {short(again[name], 80)}")
+        if alike(data[name], again[name], units.get(name, 0.0)):
             continue
-        try:
-            listed, there = np.array(data[name]), np.array(again[name])
-            same = listed.dtype.kind in "if" or not there.size
-            room = SAME * max(units[name], float(np.max(np.abs(there), initial=0.0)))
-            same = same and listed.shape == there.shape and bool(np.all(np.abs(listed - there) <= room))
-        except (TypeError, ValueError):
-            same = False
-        if not same:
+        if name in units and data[name] is not None and again[name] is not None:
             found.append(f"{name}: not what the control gives")
+        else:
+            found.append(f"{name}: was {short(data[name], 80)}, must be {short(again[name], 80)}")
     return found
+
+
+def alike(a: object, b: object, unit: float = 0.0) -> bool:
+    """Whether a value of a document is another one but for rounding errors.
+
+    Args:
+        unit: what its numbers are measured by, if that is more than the largest of b.
+    """
+    if isinstance(a, dict) and isinstance(b, dict):
+        return set(a) == set(b) and all(alike(a[name], b[name], unit) for name in a)
+    room = SAME * max([unit, *(abs(x) for x in _numbers(b))])
+    return _alike(a, b, room)
+
+
+def _numbers(b: object) -> Iterator[float]:
+    """All of a value's, those in dictionaries too."""
+    if isinstance(b, dict):
+        b = list(b.values())
+    if isinstance(b, list | tuple):
+        for one in b:
+            yield from _numbers(one)
+    elif isinstance(b, int | float) and not isinstance(b, bool):
+        yield b
+
+
+def _alike(a: object, b: object, room: float) -> bool:
+    if isinstance(a, list | tuple) and isinstance(b, list | tuple):
+        return len(a) == len(b) and all(_alike(x, y, room) for x, y in zip(a, b, strict=True))
+    if isinstance(a, dict) and isinstance(b, dict):
+        return alike(a, b)
+    if isinstance(a, int | float) and isinstance(b, int | float) and bool not in (type(a), type(b)):
+        return abs(a - b) <= room
+    if isinstance(a, str) and isinstance(b, str):
+        return a == b or _said_alike(a, b)
+    return type(a) is type(b) and a == b
+
+
+def _said_alike(a: str, b: str) -> bool:
+    """Whether two sentences are the same but for the last digits of their numbers."""
+    if NUMBER.sub("", a) != NUMBER.sub("", b):
+        return False
+    pairs = zip(NUMBER.findall(a), NUMBER.findall(b), strict=False)
+    return all(abs(float(x) - float(y)) <= max(PRINTED, PRINTED * abs(float(y))) for x, y in pairs)
 
 
 def moved(plan: Plan, motion: Trajectory) -> list[str]:

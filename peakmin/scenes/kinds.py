@@ -37,6 +37,7 @@ LIMITED, UNITS = ("max_speed", "max_acceleration", "max_torque"), ("rad/s", "rad
 TIMES = 10.0  # what the straight motion of the joints needs: the most where an arm states nothing
 INSTANTS = 400  # of the straight motion
 GRAIN, TINY = 1e-9, 1e-12  # relative and absolute: rounding errors of a joint at its limit
+BESIDE, REST = 1e-7, 1e-3  # of the duration, and of the largest joint speed: what counts as at rest
 LANDED = 1e-5  # rad: close to a stretched arm angles go with the root of a distance
 
 
@@ -159,7 +160,12 @@ class ArmScene:
         return motion.motion
 
     def joins(self, motion: JointMotion | JointPath, indices: tuple[int, int]) -> bool:
-        """Full turns of the start included, up to full turns of the goal."""
+        """At rest at both ends; full turns of the start included, up to full turns of the goal."""
+        # a stretched arm's joints may turn where its centre of mass rests, and so may those of three links
+        inside = np.linspace(BESIDE, 1 - BESIDE, INSTANTS + 1) * motion.duration
+        speeds = np.max(np.abs(np.diff(motion.rates(inside)[1], axis=-1, prepend=0.0)), axis=-1)
+        if not max(speeds[0], speeds[-1]) <= REST * np.max(speeds):
+            return False
         begun = np.max(np.abs(motion.absolute(0.0) - self.passages[indices].theta[0])) < LANDED
         wanted, last = postures(self.task.arm, self.task.goal), motion.absolute(motion.duration)
         apart = [np.abs((last - one + np.pi) % (2 * np.pi) - np.pi) for one in wanted]

@@ -12,7 +12,7 @@ import pytest
 import peakmin as pm
 from peakmin.geometry.trajectory import HoldTrajectory
 from peakmin.plan.document import digest
-from peakmin.plan.verify import SAME, _apart, bounded, moved, unlike
+from peakmin.plan.verify import SAME, bounded, moved, unlike
 from peakmin.proofs.bounds import Leaf, Proof
 from peakmin.proofs.check import CHECK, Check, check_motion
 from peakmin.proofs.double_integrator import PointMass
@@ -317,6 +317,17 @@ UNITS = {"position": 2.0, "time": 0.5}
         ({"position": [1.0]}, {"position": None}, ["position"]),
         ({"time": 1.0 + 0.9 * SAME}, {"time": 1.0}, []),
         ({"time": math.nan}, {"time": 1.0}, ["time"]),
+        ({"joint": {"torque": [1.0, -3.0 + 2.9 * SAME]}}, {"joint": {"torque": [1.0, -3.0]}}, []),
+        ({"joint": {"torque": [1.0, -3.0 + 3.1 * SAME]}}, {"joint": {"torque": [1.0, -3.0]}}, ["joint"]),
+        ({"joint": {"torque": 1.0}}, {"joint": {"torque": 1.0, "speed": 1.0}}, ["joint"]),
+        ({"joint": {"torque": 1.0, "fast": 9.0}}, {"joint": {"torque": 1.0 + 2 * SAME, "fast": 9.0}}, ["joint"]),
+        ({"joint": [{"a": 1.0}]}, {"joint": [{"a": 1.0 + 2 * SAME}]}, ["joint"]),
+        ({"joint": [{"a": 1.0}]}, {"joint": [{"a": 1.0 + SAME / 2}]}, []),
+        ({"joint": None}, {"joint": 0.0}, ["joint"]),
+        ({"joint": 1}, {"joint": True}, ["joint"]),
+        ({"said": "end at (0.0000, 1.5)"}, {"said": "end at (-0.0000, 1.5001)"}, []),
+        ({"said": "end at (0.0000, 1.5)"}, {"said": "end at (0.0000, 1.5004)"}, ["said"]),
+        ({"said": "up 1"}, {"said": "down 1"}, ["said"]),
     ],
 )
 def test_fields_that_differ_are_named(data, again, names):
@@ -425,11 +436,3 @@ def test_positions_that_a_motion_says_are_held_against_the_quadrature(off, side)
     near = Said(np.arange(5.0), control * [1, 1e-3], np.zeros(2), np.zeros(2))
     object.__setattr__(near, "off", off)
     assert check_motion(maneuver, near, np.array([]), 10.0).goal == pytest.approx(1e-3, rel=1e-6)
-
-
-def test_the_angles_of_a_path_stand_beside_it():
-    """Instants and angles are two lists; whatever is no such pair stays where it is."""
-    pair = {"path": {"elbow": 1.0, "others": [[0.0, 1.0], [[2.0], [3.0]]]}}
-    assert _apart(pair) == {"path": {"elbow": 1.0, "others": [0.0, 1.0]}, "others": [[2.0], [3.0]]}
-    for path in (None, [1.0, 2.0], {"others": None}, {"others": [1.0] * 4}, {"others": {}}, {}):
-        assert _apart({"path": path}) == {"path": path}

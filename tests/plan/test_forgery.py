@@ -14,7 +14,11 @@ from peakmin.proofs.check import check_motion
 from peakmin.proofs.double_integrator import PointMass
 from peakmin.proofs.extremal import extremal
 from peakmin.proofs.sensitivity import optimal
+from peakmin.robots.dynamics import PlanarRobot
+from peakmin.robots.joint_motion import JointMotion
+from peakmin.spec.spec import read_spec
 from tests.conftest import wall_maneuver
+from tests.solved import EXAMPLES, solved
 
 NOWHERE = {"low": [-1e80], "high": [1e80], "at": [0.5], "multipliers": [[1, 0], [0, 0], [0, 0]]}
 POINT = {"low": [0.001], "high": [0.001], "at": [0.001], "multipliers": [[1, 0], [0, 0], [0, 1]]}
@@ -360,3 +364,22 @@ def test_a_file_cannot_list_other_walls(written):
     document["walls"][0]["tip"] = [0.5, 0.4]
     document["digest"] = digest(document)
     assert any(line.startswith("walls: ") for line in pm.verify(json.dumps(document)).problems)
+
+
+@pytest.mark.parametrize("turning", [0, 1])
+def test_an_arm_whose_joints_still_turn_at_the_goal_has_not_arrived(turning):
+    """Its centre of mass rests there: three joints have a speed that moves it not at all."""
+    spec = read_spec(EXAMPLES / "three_link.json")
+    plan = solved(spec.task.model_copy(update={"obstacles": ()}), spec.settings)
+    chain, T, N = plan.maneuver.arm.chain, plan.maneuver.duration, 200
+    start, goal = (np.array(pose.joints) for pose in (plan.maneuver.start, plan.maneuver.goal))
+    end = turning * np.linalg.svd(PlanarRobot(chain).jacobian(goal))[2][-1]  # rad/s
+    dt, s = T / N, (np.arange(N)[:, None] + 0.5) / N
+    held = ((goal - start) * (6 - 12 * s) + end * T * (6 * s - 2)) / T**2
+    to_end = np.stack([np.full(N, dt), dt * (T - dt * (np.arange(N) + 0.5))])
+    held += np.linalg.lstsq(to_end, np.stack([end, goal - start]) - to_end @ held, rcond=None)[0]
+    joints = JointMotion(chain, np.linspace(0, T, N + 1), held, start)
+    motion = joints.motion
+    lie = dataclasses.replace(plan, status="feasible", trajectory=motion, peak=motion.peak(), joints=joints)
+    problems = pm.verify(lie.to_json()).problems
+    assert ("joints: do not lead from the start's configuration to the goal's" in problems) == bool(turning)

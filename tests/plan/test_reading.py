@@ -10,6 +10,7 @@ import pytest
 import peakmin as pm
 from peakmin.geometry.trajectory import HoldTrajectory
 from peakmin.plan.document import (
+    SINCE_3,
     ArmsProof,
     BlocksProof,
     LeafDocument,
@@ -431,6 +432,14 @@ def test_files_of_version_1_become_what_they_are_in_version_2():
 @pytest.mark.parametrize("name", ["general_problem", "two_link"])
 def test_files_of_version_2_keep_their_proof_as_it_is(name):
     second = stated((VERSION_1 / f"{name}.json").read_text())[1] | {"version": 2}
+    second = {key: value for key, value in second.items() if key not in SINCE_3}
     new = stated(json.dumps(second))[1]
     assert new["version"] == 3
     assert (new["proof"], new["walls"], new["kind"]) == (second["proof"], second["walls"], second["kind"])
+
+
+@pytest.mark.parametrize("name", SINCE_3)
+def test_what_is_stated_since_version_3_is_in_no_older_file(name):
+    data = json.loads((VERSION_1 / "two_link.json").read_text())
+    with pytest.raises(pm.SpecError, match=f"{name}: was given, must be left out in version 1"):
+        stated(json.dumps(data | {name: None}))

@@ -1,12 +1,18 @@
 """Plan files as version 1 wrote them are read, verified, and refused where they were changed."""
 
 import json
+import os
+import platform
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 import peakmin as pm
 from peakmin.plan.document import digest
+from tests.conftest import ALL
+from tests.solved import example
 
 FILES = sorted((Path(__file__).parent / "version_1").glob("*.json"))
 
@@ -45,3 +51,21 @@ def test_there_are_files_of_every_kind():
     assert {"two_tables", "arm_turns", "three_link", "region_speed", "sweep_polygon", "impossible"} <= {
         file.stem for file in FILES
     }
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="names processors of this kind")
+@pytest.mark.parametrize("processor", ["Haswell", "Nehalem"] if ALL else ["Haswell"])
+def test_a_file_is_true_on_another_processor(processor, tmp_path):
+    """Its sums are rounded otherwise there."""
+    written = tmp_path / "three_link.json"
+    written.write_text(example("three_link").to_json())
+    script = "import sys, peakmin as pm\nfor name in sys.argv[1:]: print(pm.verify(open(name).read()).problems)"
+    names = [written, *(file for file in FILES if file.stem in ("region_speed", "two_tables"))]
+    found = subprocess.run(
+        [sys.executable, "-c", script, *map(str, names)],
+        env={**os.environ, "OPENBLAS_CORETYPE": processor},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert found.stdout.split("\n") == ["()"] * 3 + [""]
