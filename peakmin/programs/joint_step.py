@@ -4,12 +4,13 @@ In scaled units (duration 1, lengths by the arm, torques by mass size^2 / T^2), 
 
     minimise  M + mu sum(slack)   subject to
     |u + du| <= M at both ends and the middle of every hold,
-    tau + dtau within +- limit + slack,   distance + ddistance >= room - slack there,
+    tau + dtau within +- (1 + slack) limit there,   distance + ddistance >= room - slack in the middle,
     q_k, q_k + h v_k / 2 within limits (the control points of its parabolas),   v_k, a_k within limits,
     |dq_k| <= trust,
     q_{k+1} = q_k + h v_k + h^2 a_k / 2,   v_{k+1} = v_k + h a_k,   both ends given, at rest
 
-or, once a peak is known that may be taken,
+with a slack for all torques and one for all distances of a hold (a slack of its own for each would make the program
+ten times as large), or, once a peak is known that may be taken,
 
     minimise  m + mu sum(slack)   subject to the same with M a number, + slack, and |tau_1 + dtau_1| <= m,
 
@@ -19,6 +20,7 @@ from step to step and from start to start.
 
 from __future__ import annotations
 
+import itertools
 import math
 import warnings
 from dataclasses import dataclass
@@ -77,6 +79,11 @@ def by_hold(derivative: Array, share: float, step: float, joints: int) -> Array:
     return np.concatenate([by_q, s * by_q + by_v, s * s / 2 * by_q + s * by_v + by_a], axis=-1)
 
 
+def _flat(x: cp.Expression) -> cp.Expression:
+    """Its entries side by side."""
+    return cp.vec(x, order="F")
+
+
 class JointStep:
     """The program of n joints in d dimensions on N holds with r rows of distances at every hold.
 
@@ -86,7 +93,7 @@ class JointStep:
     def __init__(
         self, joints: int, dimension: int, holds: int, rows: int, finite: tuple[tuple[bool, ...], ...], moment: bool
     ) -> None:
-        n, N, h = joints, holds, 1.0 / holds
+        n, N, h, cuts = joints, holds, 1.0 / holds, len(SHARES)
         self._some = [np.flatnonzero(one) for one in finite]
         self._bounds = [cp.Parameter((1, len(some))) for some in self._some]
         low, high, speed, acceleration = zip(self._some[:-1], self._bounds[:-1], strict=True)
@@ -96,48 +103,41 @@ class JointStep:
         self._known = [cp.Parameter((N + 1, n)), cp.Parameter((N + 1, n)), cp.Parameter((N, n))]
         self._trust, self._cost = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True)
         q, v, a = (x + known for x, known in zip((self._q, self._v, self._a), self._known, strict=True))
+
+        # what is linear about the motion before: values and slopes by a hold's own dq, dv, da
+        self._limited, self._moment = self._some[-1], moment
+        counts = [cuts * dimension, cuts * len(self._limited), cuts * moment, rows]
+        self._at = [cp.Parameter(N) for _ in range(sum(counts))]
+        self._by = [cp.Parameter((N, 3 * n)) for _ in self._at]
         whole = cp.hstack([self._q[:-1], self._v[:-1], self._a])
-        self._u = [[cp.Parameter(N) for _ in range(dimension)] for _ in SHARES]
-        self._u_by = [[cp.Parameter((N, 3 * n)) for _ in range(dimension)] for _ in SHARES]
-        rules = [
-            self._q[0] == 0,
-            self._v[0] == 0,
-            self._q[-1] == 0,
-            self._v[-1] == 0,
-            self._q[1:] == self._q[:-1] + h * self._v[:-1] + h * h / 2 * self._a,
-            self._v[1:] == self._v[:-1] + h * self._a,
-            cp.abs(self._q) <= self._trust,
-        ]
-        slacks: list[cp.Variable] = []
-        for at, by in zip(self._u, self._u_by, strict=True):
-            u = cp.vstack([x + cp.sum(cp.multiply(p, whole), axis=1) for x, p in zip(at, by, strict=True)])
-            if moment:
-                slacks.append(cp.Variable(N, nonneg=True))
-            rules.append(cp.SOC(self._peak * np.ones(N) + (slacks[-1] if moment else 0.0), u, axis=0))
+        linear = [x + cp.sum(cp.multiply(p, whole), axis=1) for x, p in zip(self._at, self._by, strict=True)]
+        ends = np.cumsum([0, *counts]).tolist()
+        u, tau, turning, apart = (linear[i:j] for i, j in itertools.pairwise(ends))
+
+        kinds = (moment, len(self._limited) > 0, rows > 0)
+        slacks = [cp.Variable(N, nonneg=True) if one else np.zeros(N) for one in kinds]
+        beyond, over, short = slacks  # of the peak, of torques, of distances
+        kept = [self._trust - _flat(self._q[1:-1]), self._trust + _flat(self._q[1:-1])]
         for sign, (some, bound) in ((1, high), (-1, low)):
-            if len(some):
-                rules += [sign * q[:, some] <= sign * np.ones((N + 1, 1)) @ bound]
-                rules += [sign * (q[:-1, some] + h / 2 * v[:-1, some]) <= sign * np.ones((N, 1)) @ bound]
+            for x in (q, q[:-1] + h / 2 * v[:-1]) if len(some) else ():
+                kept.append(sign * _flat(np.ones((x.shape[0], 1)) @ bound - x[:, some]))
         for x, (some, bound) in ((v, speed), (a, acceleration)):
             if len(some):
-                rules.append(cp.abs(x[:, some]) <= np.ones((x.shape[0], 1)) @ bound)
-        self._limited = self._some[-1].tolist()
-        self._tau = [[cp.Parameter(N) for _ in self._limited] for _ in SHARES]
-        self._tau_by = [[cp.Parameter((N, 3 * n)) for _ in self._limited] for _ in SHARES]
-        for at, by in zip(self._tau, self._tau_by, strict=True):
-            for x, p in zip(at, by, strict=True):
-                slacks.append(cp.Variable(N, nonneg=True))
-                rules.append(cp.abs(x + cp.sum(cp.multiply(p, whole), axis=1)) <= 1 + slacks[-1])
-        self._moment = [cp.Parameter(N) for _ in SHARES] if moment else []
-        self._moment_by = [cp.Parameter((N, 3 * n)) for _ in self._moment]
-        for x, p in zip(self._moment, self._moment_by, strict=True):
-            rules.append(cp.abs(x + cp.sum(cp.multiply(p, whole), axis=1)) <= self._least)
-        self._apart = [cp.Parameter(N) for _ in range(rows)]
-        self._apart_by = [cp.Parameter((N, 3 * n)) for _ in range(rows)]
-        for x, p in zip(self._apart, self._apart_by, strict=True):
-            slacks.append(cp.Variable(N, nonneg=True))
-            rules.append(x + cp.sum(cp.multiply(p, whole), axis=1) + slacks[-1] >= 0)
-        missing = cp.sum(cp.hstack(slacks)) if slacks else 0.0
+                most = np.ones((x.shape[0], 1)) @ bound
+                kept += [_flat(most - x[:, some]), _flat(most + x[:, some])]
+        kept += [1 + over + sign * x for x in tau for sign in (-1, 1)]
+        kept += [self._least + sign * x for x in turning for sign in (-1, 1)]
+        kept += [x + short for x in apart]
+        peak = self._peak * np.ones(cuts * N) + cp.hstack([beyond] * cuts)
+        # one rule of a kind: what compiling takes goes with their number, times parameters, times variables
+        same = [
+            *(x[i] for x in (self._q, self._v) for i in (0, -1)),
+            _flat(self._q[1:] - self._q[:-1] - h * self._v[:-1] - h * h / 2 * self._a),
+            _flat(self._v[1:] - self._v[:-1] - h * self._a),
+        ]
+        sides = cp.vstack([cp.hstack(u[k::dimension]) for k in range(dimension)])
+        rules = [cp.hstack(same) == 0, cp.hstack(kept) >= 0, cp.SOC(peak, sides, axis=0)]
+        missing = sum(cp.sum(slack) for slack in slacks)
         self._problem = cp.Problem(cp.Minimize(self._least + self._cost * missing), rules)
 
     def solve(
@@ -164,15 +164,22 @@ class JointStep:
         self._trust.value, self._cost.value = trust, cost
         if self._moment:
             self._peak.value = peak
-        for i in range(len(SHARES)):
-            for k, (at, by) in enumerate(zip(self._u[i], self._u_by[i], strict=True)):
-                at.value, by.value = about.u[i, :, k], about.u_by[i, :, k]
-            for j, at, by in zip(self._limited, self._tau[i], self._tau_by[i], strict=True):
-                at.value, by.value = about.tau[i, :, j] / limits.torque[j], about.tau_by[i, :, j] / limits.torque[j]
-            if self._moment:
-                self._moment[i].value, self._moment_by[i].value = about.tau[i, :, 0], about.tau_by[i, :, 0]
-        for k, (at, by) in enumerate(zip(self._apart, self._apart_by, strict=True)):
-            at.value, by.value = about.apart[k], about.apart_by[k]
+        some, n3 = self._limited, about.u_by.shape[-1]
+        tau, tau_by = about.tau[..., some] / limits.torque[some], about.tau_by[..., some, :] / limits.torque[some, None]
+        at = [about.u.transpose(0, 2, 1), tau.transpose(0, 2, 1)]
+        by = [about.u_by.transpose(0, 2, 1, 3), tau_by.transpose(0, 2, 1, 3)]
+        if self._moment:
+            at.append(about.tau[..., 0])
+            by.append(about.tau_by[..., 0, :])
+        N = about.apart.shape[-1]
+        for parameter, value in zip(
+            self._at, np.concatenate([x.reshape(-1, N) for x in (*at, about.apart)]), strict=True
+        ):
+            parameter.value = value
+        for parameter, value in zip(
+            self._by, np.concatenate([x.reshape(-1, N, n3) for x in (*by, about.apart_by)]), strict=True
+        ):
+            parameter.value = value
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")

@@ -3,7 +3,7 @@
 About the motion before, what is not linear is linear within a trust region that grows and shrinks with the ratio of the
 true to the promised gain. The merit is the program's cost with nothing linearised:
 
-    M(q) + mu sum(what is not kept)
+    M(q) + mu sum_holds(the largest torque's excess + the largest distance's)
 
 or, where a peak is given that may be taken, that with the largest |tau_1| in place of M and what is above that peak
 among what is not kept. A motion that comes out keeps nothing by promise: the plan's own checks, which hold between
@@ -177,11 +177,11 @@ class JointSearch:
 
     def _merit(self, about: Linear) -> tuple[float, float]:
         """What is made least, and what is not kept."""
-        over_torque = np.maximum(np.abs(about.tau) / self._scaled.torque - 1, 0.0)
-        missing, u = float(np.sum(over_torque) + np.sum(np.maximum(-about.apart, 0.0))), norm(about.u)
+        over_torque = np.max(np.abs(about.tau) / self._scaled.torque - 1, axis=(0, 2), initial=0.0)
+        missing, u = float(np.sum(over_torque) + np.sum(np.max(-about.apart, axis=0, initial=0.0))), norm(about.u)
         if self.peak is None:
             return float(np.max(u)), missing
-        over_peak = np.maximum(u - self.peak / self._unit, 0.0)
+        over_peak = np.max(u - self.peak / self._unit, axis=0, initial=0.0)
         return float(np.max(np.abs(about.tau[..., 0]))), missing + float(np.sum(over_peak))
 
     def improved(self, begin: Array, held: Array, cost: float, best: float = 0.0, steps: int = STEPS) -> Array:
