@@ -31,6 +31,8 @@ from ..types import Array
 from .convex import cp
 from .program import options_of
 
+# of a step that its motion is judged without
+ROUGH = {"tol_gap_abs": 1e-6, "tol_gap_rel": 1e-6, "tol_feas": 1e-7}
 SHARES = (0.0, 0.5, 1.0)  # of a hold, at which what is not linear is looked at
 
 
@@ -183,7 +185,7 @@ class JointStep:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                self._problem.solve(solver="CLARABEL", **options_of("CLARABEL", until))
+                self._problem.solve(solver="CLARABEL", **ROUGH | options_of("CLARABEL", until))
         except (cp.SolverError, ValueError, ArithmeticError):
             return None
         if self._a.value is None or self._problem.value is None or not np.all(np.isfinite(self._a.value)):
