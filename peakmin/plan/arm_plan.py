@@ -37,12 +37,12 @@ from .document import (
     arm_proof_of,
     known,
     knowns,
-    read_as,
     shaped,
     signed,
     unknown,
 )
 from .found import Found, Made
+from .older import read_as
 from .plan import Plan
 
 NEAR = 1e-3  # of the arm: how close to the margin counts as a contact

@@ -1,9 +1,4 @@
-"""A plan as a JSON document: what its file states. `peakmin.verify` finds out whether that is true.
-
-Version 3. Older files are read as what they would be in it: they call "solved" all that keeps what was asked. Those of
-version 2 say nothing of what an arm's joints do at most. Those of version 1 do not name the kind of a centre of mass's
-plan either, list walls past blocks only, and state the proof past blocks as a list of branches in place of a tree.
-"""
+"""A plan as a JSON document of version 3: what its file states. `peakmin.verify` finds out whether that is true."""
 
 from __future__ import annotations
 
@@ -30,14 +25,11 @@ from ..scenes.proof_tree import Branch
 from ..spec.maneuver import Maneuver
 from ..spec.model import LARGEST, Model, Switch
 from ..spec.obstacles import Wall
-from ..spec.reading import load, short
-from ..spec.settings import GlobalSearch
+from ..spec.reading import short
 from ..spec.spec import ArmSpec, Spec
 from ..types import Array, Json
 
 VERSION: Literal[3] = 3  # of plan documents
-KNOWN = (1, 2, 3)
-SINCE_3 = ("held", "peak_moment", "extremes")  # what older files of arms do not state
 SAMPLES = 200  # panels of the samples that a costate plan lists beside its closed form
 
 Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
@@ -390,61 +382,11 @@ def digest(data: Json) -> str:
 # reading
 
 
-def stated(text: str | bytes) -> tuple[Json, Json]:
-    """A document's data as the file has them, and as one of the present version. Raises `SpecError` in one line."""
-    data = load(text, finite=True)
-    version = data.get("version")
-    if type(version) is not int or version not in KNOWN:
-        raise SpecError(f"version: was {short(version)}, must be 1, 2 or 3 (the versions so far)")
-    return data, data if version == VERSION else _upgraded(data)
-
-
-def _upgraded(data: Json) -> Json:
-    """A document of an older version as one of the present, as far as it is one at all."""
-    new = {"kind": "point", "costate": None, **data, "version": VERSION, **_graded(data)}
-    if isinstance(data.get("made"), dict):
-        new["made"] = {"stopped": False, **data["made"]}
-    if new["kind"] == "arm":
-        new |= dict.fromkeys(SINCE_3)
-    if data["version"] == 2:
-        return new
-    proof = data.get("proof")
-    if new["kind"] == "arm":
-        new["proof"] = {"kind": "arm", "passages": proof, "cells": new.pop("flooded", 0)}
-        return {"path": None, **new}
-    blocks = "walls" in data
-    new["proof"] = {"kind": "listed", "branches": proof} if blocks else {"kind": "walls", "leaves": proof}
-    if not blocks:
-        maneuver = Spec(**data["spec"]).maneuver if isinstance(data.get("spec"), dict) else None
-        new["walls"] = [] if maneuver is None else [plain(wall) for wall in maneuver.walls]
-    return new
-
-
-def _graded(data: Json) -> Json:
-    """Status and spec of an older document: its searches accepted any gap (now the default's), without a limit."""
-    spec, accept = data.get("spec"), GlobalSearch().accept
-    settings = spec.get("settings") if isinstance(spec, dict) else None
-    search = settings.get("search") if isinstance(settings, dict) else None
-    if not (isinstance(spec, dict) and isinstance(settings, dict) and isinstance(search, dict)):
-        return {}
-    asked = {"time_limit": None, **settings, "search": {"accept": accept, **search}}
-    new: Json = {"spec": {**spec, "settings": asked}}
-    gap = data.get("gap")
-    if data.get("status") == "solved" and isinstance(gap, float) and gap > accept:
-        new["status"] = "feasible"
-    return new
-
-
 P = TypeVar("P")
 
 
-def read_as(kind: type[D], made: Callable[[D], P], text: str | bytes) -> P:
-    """What `made` makes of a document of this kind. Raises `SpecError` in one line where it is none."""
-    return made_of(kind, made, stated(text)[1])
-
-
 def made_of(kind: type[D], made: Callable[[D], P], data: Json) -> P:
-    """The same of its data as of version 2."""
+    """What `made` makes of the data of a document of this kind. Raises `SpecError` in one line where it is none."""
     try:
         with np.errstate(all="ignore"):  # a number that is none fails every comparison that it enters
             return made(kind(**data))

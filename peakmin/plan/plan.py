@@ -37,12 +37,12 @@ from .document import (
     motion_fields,
     point_proof_of,
     proof_document,
-    read_as,
     shaped,
     signed,
     unknown,
 )
 from .found import Found, Made
+from .older import read_as
 
 KEEPS: tuple[Status, ...] = ("solved", "feasible")
 MOST_ROWS = 1_000_000  # of a table at a rate

@@ -23,9 +23,9 @@ from peakmin.plan.document import (
     leaves_of,
     point_proof_of,
     shaped,
-    stated,
     unknown,
 )
+from peakmin.plan.older import stated
 from peakmin.scenes.blocks import BlockProof, ListedProof
 from peakmin.scenes.kinds import scene_of
 from peakmin.scenes.passages import Line, Looks, Passage, Turned
