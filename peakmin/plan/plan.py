@@ -6,7 +6,7 @@ import json
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -203,11 +203,6 @@ class Plan:
     def sensitivities(self) -> Sensitivities:
         """Derivatives of the least peak at the plan's obstacle times, from the multipliers."""
         return sensitivities(self.crossing, self.obstacle_times, self.multipliers)
-
-    @cached_property
-    def explanation(self) -> Any:  # an Explanation of the queries, which a plan cannot import
-        """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
-        return found("peakmin.queries.explain:explained")(self)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The path with what stands in its way and where it crosses; `peakmin.view` has more."""

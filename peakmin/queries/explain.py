@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from ..deadline import after, over
+from ..errors import SpecError
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
 from ..scenes.kinds import scene_of
@@ -69,15 +70,22 @@ class Explanation:
         return f"{', '.join(self.conflict)} {verb}: {self.because}\n{said}{late}"
 
 
-def explain(task: Task, settings: Settings | None = None) -> Explanation | None:
+def explain(task: Task | Plan, settings: Settings | None = None) -> Explanation | None:
     """Why a task is proved infeasible: the fewest entries that conflict, and the smallest changes that help.
 
     None where it is solved, or nothing is proved and no joint limit or speed of an arm is in the way. Every change was
     solved; an explanation takes many solves, up to eight seconds or a shorter `settings.time_limit`.
 
+    Args:
+        task: a plan of it is not solved again, and has its own settings.
+
     Raises:
-        SpecError: when the settings do not fit the task.
+        SpecError: when the settings do not fit the task, or are given beside a plan.
     """
+    if isinstance(task, Plan):
+        if settings is not None:
+            raise SpecError("settings: was given beside a plan, must be left out (a plan has its own)")
+        return explained(task)
     settings = settings or Settings()
     refuse_unfit(task, settings)
     if scene_of(task).impossible() is not None:  # no search is needed to know that
