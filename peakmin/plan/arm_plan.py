@@ -271,7 +271,7 @@ class ArmPlan(Plan):
             unknown(document.peak),
             unknown(document.lower_bound),
             arm_proof_of(document.proof, scene.passages),
-            np.zeros((2 + q, len(passage.maneuver.start.position))),
+            np.zeros((2 + q, passage.maneuver.dimension)),
             Made(**document.made.model_dump()),
             document.indices,
             path,

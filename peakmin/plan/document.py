@@ -412,8 +412,8 @@ def shaped(value: Sequence[object], *shape: int) -> Array:
     return found
 
 
-def leaves_of(leaves: Sequence[LeafDocument], walls: int, d: int = 2) -> tuple[Leaf, ...]:
-    """Leaves of so many walls. Raises `ValueError` where they are of others."""
+def leaves_of(leaves: Sequence[LeafDocument], walls: int, d: int) -> tuple[Leaf, ...]:
+    """Leaves of so many walls in d dimensions. Raises `ValueError` where they are of others."""
     for leaf in leaves:
         if not len(leaf.low) == len(leaf.high) == len(leaf.at) == walls:
             raise ValueError("a leaf of the proof is of other walls")
@@ -427,22 +427,23 @@ def point_proof_of(
     scope: Literal["all", "these"],
     classes: BlockClasses | None,
     walls: int,
+    d: int,
 ) -> Proof | BlockProof | ListedProof:
     """The proof that a document states. Raises `ValueError` where it is none of these blocks, or walls."""
     if classes is None:
         if not isinstance(stated, LeavesProof):
             raise ValueError("the proof is of blocks, and there are none")
-        return Proof(scope, leaves_of(stated.leaves, walls))
+        return Proof(scope, leaves_of(stated.leaves, walls, d))
     if scope != "all":
         raise ValueError("the proof past blocks is of all times")
     if isinstance(stated, BlocksProof):
-        return BlockProof(_way_branch(stated.root, classes, classes.cells.ways))
+        return BlockProof(_way_branch(stated.root, classes, classes.cells.ways, d))
     if isinstance(stated, ListProof):
-        return ListedProof(tuple(_listed(one, classes) for one in stated.branches))
+        return ListedProof(tuple(_listed(one, classes, d) for one in stated.branches))
     raise ValueError("the proof is of walls alone, and there are blocks")
 
 
-def _listed(one: WayLeaves, classes: BlockClasses) -> ListedBranch:
+def _listed(one: WayLeaves, classes: BlockClasses, d: int) -> ListedBranch:
     way = tuple(tuple(gaps) for gaps in one.way)
     cells = classes.cells
     if len(way) != len(cells.gaps) or any(
@@ -450,7 +451,7 @@ def _listed(one: WayLeaves, classes: BlockClasses) -> ListedBranch:
     ):
         raise ValueError("a way of the proof is not through these blocks")
     kept = cells.through(way)
-    return ListedBranch(way, _lines(one.lines, classes), leaves_of(one.leaves, _walls(kept, one.lines, classes)))
+    return ListedBranch(way, _lines(one.lines, classes), leaves_of(one.leaves, _walls(kept, one.lines, classes), d))
 
 
 def _lines(lines: Sequence[tuple[float, int]], classes: BlockClasses) -> Marks:
@@ -463,16 +464,16 @@ def _walls(way: Way | None, lines: Sequence[tuple[float, int]], classes: BlockCl
     return 0 if way is None else len(classes.cells.marks(way, tuple(lines)))
 
 
-def _way_branch(one: WayBranch, classes: BlockClasses, way: Way | None) -> Branch[int, Marks]:
+def _way_branch(one: WayBranch, classes: BlockClasses, way: Way | None, d: int) -> Branch[int, Marks]:
     lines = _lines(one.lines, classes)
-    leaves = leaves_of(one.leaves, _walls(way, lines, classes)) if one.leaves else ()
+    leaves = leaves_of(one.leaves, _walls(way, lines, classes), d) if one.leaves else ()
     if one.strip is None or way is None:
         return Branch(leaves, lines)
     if not classes.splits(WayClass(way, lines), one.strip):
         raise ValueError("a strip of the proof is none of these blocks")
     parts = classes.parts(WayClass(way, lines), one.strip)
     children = [
-        None if child is None else _way_branch(child, classes, part)
+        None if child is None else _way_branch(child, classes, part, d)
         for part, child in zip(parts, one.children, strict=True)
     ]
     return Branch(leaves, lines, one.strip, tuple(children))
@@ -493,7 +494,9 @@ def _passage(one: PassageDocument, passages: Mapping[tuple[int, int], Passage]) 
     if passage.workspace.chain.links > 2:
         if one.whole is None:
             raise ValueError("a proof is missing")
-        return PassageProof(one.indices, None, (), Branch(leaves_of(one.whole.leaves, 0), Looks()))
+        return PassageProof(
+            one.indices, None, (), Branch(leaves_of(one.whole.leaves, 0, passage.maneuver.dimension), Looks())
+        )
     touching = tuple(_touching(each, passage) for each in one.touching)
     trunks = [
         None if tree is None else _line_branch(tree, seen, ALL)
@@ -507,8 +510,9 @@ def _touching(one: TouchingDocument, passage: Passage) -> Touching:
     if len(one.leaves) != len(touched.paths):
         raise ValueError("an arc's leaves are missing")
     pasts = [passage.past(paths) for paths in touched.paths]
+    d = passage.maneuver.dimension
     leaves = tuple(
-        leaves_of(own, 0 if past is None else len(past.walls)) for own, past in zip(one.leaves, pasts, strict=True)
+        leaves_of(own, 0 if past is None else len(past.walls), d) for own, past in zip(one.leaves, pasts, strict=True)
     )
     return Touching(one.edge, one.arc, leaves)
 
@@ -517,7 +521,7 @@ def _line_branch(one: LineBranch, passage: Passage, part: Whole) -> Lined:
     looks = Looks(one.ends, tuple(one.dropped))
     order = passage.seen(part, looks)
     past = passage.past(order)
-    leaves = leaves_of(one.leaves, 0 if past is None else len(past.walls))
+    leaves = leaves_of(one.leaves, 0 if past is None else len(past.walls), passage.maneuver.dimension)
     if one.line is None:
         return Branch(leaves, looks)
     line = Line(*one.line)

@@ -243,7 +243,7 @@ class Plan:
         maneuver = document.spec.maneuver
         scene = scene_of(maneuver)
         walls = document.walls if maneuver.blocks else maneuver.walls  # without blocks a file cannot choose them
-        q, d = len(walls), len(maneuver.start.position)
+        q, d = len(walls), maneuver.dimension
         return cls(
             maneuver,
             document.spec.settings,
@@ -254,7 +254,7 @@ class Plan:
             unknown(document.clearance),
             unknown(document.peak),
             unknown(document.lower_bound),
-            point_proof_of(document.proof, document.scope, scene.classes, q),
+            point_proof_of(document.proof, document.scope, scene.classes, q, d),
             shaped(document.multipliers, 2 + q, d),
             Made(**document.made.model_dump()),
         )
