@@ -41,7 +41,7 @@ from .search.sweep import sweep
 from .spec.reading import called, load, named, of_kind, read_file
 from .spec.spec import AnySpec, ArmSpec, Spec, read_spec, schema, spec_of
 from .spec.study import StudySpec
-from .view import curves, output, refused, sketches, words
+from .view import curves, output, pictures, refused, words
 from .view.streams import answer, aside, only_answers
 
 EXIT = {"solved": 0, "feasible": 0, "infeasible": 3, "unknown": 4}
@@ -127,7 +127,7 @@ def show_command(
             output.write_figure(partial(refused.sketch, data, words.one_line(str(error))), target, DRAWN)
             _say_where(False, target)
             raise
-    output.write_figure(partial(sketches.task, asked.task), target, DRAWN)
+    output.write_figure(partial(pictures.problem, asked.task), target, DRAWN)
     _say_where(False, target)
 
 

@@ -37,12 +37,12 @@ from .document import (
     arm_proof_of,
     known,
     knowns,
-    read_as,
     shaped,
     signed,
     unknown,
 )
 from .found import Found, Made
+from .older import read_as
 from .plan import Plan
 
 NEAR = 1e-3  # of the arm: how close to the margin counts as a contact
@@ -271,7 +271,7 @@ class ArmPlan(Plan):
             unknown(document.peak),
             unknown(document.lower_bound),
             arm_proof_of(document.proof, scene.passages),
-            np.zeros((2 + q, len(passage.maneuver.start.position))),
+            np.zeros((2 + q, passage.maneuver.dimension)),
             Made(**document.made.model_dump()),
             document.indices,
             path,

@@ -1,9 +1,4 @@
-"""A plan as a JSON document: what its file states. `peakmin.verify` finds out whether that is true.
-
-Version 3. Older files are read as what they would be in it: they call "solved" all that keeps what was asked. Those of
-version 2 say nothing of what an arm's joints do at most. Those of version 1 do not name the kind of a centre of mass's
-plan either, list walls past blocks only, and state the proof past blocks as a list of branches in place of a tree.
-"""
+"""A plan as a JSON document of version 3: what its file states. `peakmin.verify` finds out whether that is true."""
 
 from __future__ import annotations
 
@@ -30,14 +25,11 @@ from ..scenes.proof_tree import Branch
 from ..spec.maneuver import Maneuver
 from ..spec.model import LARGEST, Model, Switch
 from ..spec.obstacles import Wall
-from ..spec.reading import load, short
-from ..spec.settings import GlobalSearch
+from ..spec.reading import short
 from ..spec.spec import ArmSpec, Spec
 from ..types import Array, Json
 
 VERSION: Literal[3] = 3  # of plan documents
-KNOWN = (1, 2, 3)
-SINCE_3 = ("held", "peak_moment", "extremes")  # what older files of arms do not state
 SAMPLES = 200  # panels of the samples that a costate plan lists beside its closed form
 
 Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
@@ -390,64 +382,11 @@ def digest(data: Json) -> str:
 # reading
 
 
-def stated(text: str | bytes) -> tuple[Json, Json]:
-    """A document's data as the file has them, and as one of the present version. Raises `SpecError` in one line."""
-    data = load(text, finite=True)
-    version = data.get("version")
-    if type(version) is not int or version not in KNOWN:
-        raise SpecError(f"version: was {short(version)}, must be 1, 2 or 3 (the versions so far)")
-    return data, data if version == VERSION else _upgraded(data)
-
-
-def _upgraded(data: Json) -> Json:
-    """A document of an older version as one of the present, as far as it is one at all."""
-    new = {"kind": "point", "costate": None, **data, "version": VERSION, **_graded(data)}
-    if isinstance(data.get("made"), dict):
-        new["made"] = {"stopped": False, **data["made"]}
-    if new["kind"] == "arm":
-        for name in SINCE_3:
-            if name in data:
-                raise SpecError(f"{name}: was given, must be left out in version {data['version']}")
-        new |= dict.fromkeys(SINCE_3)
-    if data["version"] == 2:
-        return new
-    proof = data.get("proof")
-    if new["kind"] == "arm":
-        new["proof"] = {"kind": "arm", "passages": proof, "cells": new.pop("flooded", 0)}
-        return {"path": None, **new}
-    blocks = "walls" in data
-    new["proof"] = {"kind": "listed", "branches": proof} if blocks else {"kind": "walls", "leaves": proof}
-    if not blocks:
-        maneuver = Spec(**data["spec"]).maneuver if isinstance(data.get("spec"), dict) else None
-        new["walls"] = [] if maneuver is None else [plain(wall) for wall in maneuver.walls]
-    return new
-
-
-def _graded(data: Json) -> Json:
-    """Status and spec of an older document: its searches accepted any gap (now the default's), without a limit."""
-    spec, accept = data.get("spec"), GlobalSearch().accept
-    settings = spec.get("settings") if isinstance(spec, dict) else None
-    search = settings.get("search") if isinstance(settings, dict) else None
-    if not (isinstance(spec, dict) and isinstance(settings, dict) and isinstance(search, dict)):
-        return {}
-    asked = {"time_limit": None, **settings, "search": {"accept": accept, **search}}
-    new: Json = {"spec": {**spec, "settings": asked}}
-    gap = data.get("gap")
-    if data.get("status") == "solved" and isinstance(gap, float) and gap > accept:
-        new["status"] = "feasible"
-    return new
-
-
 P = TypeVar("P")
 
 
-def read_as(kind: type[D], made: Callable[[D], P], text: str | bytes) -> P:
-    """What `made` makes of a document of this kind. Raises `SpecError` in one line where it is none."""
-    return made_of(kind, made, stated(text)[1])
-
-
 def made_of(kind: type[D], made: Callable[[D], P], data: Json) -> P:
-    """The same of its data as of version 2."""
+    """What `made` makes of the data of a document of this kind. Raises `SpecError` in one line where it is none."""
     try:
         with np.errstate(all="ignore"):  # a number that is none fails every comparison that it enters
             return made(kind(**data))
@@ -473,8 +412,8 @@ def shaped(value: Sequence[object], *shape: int) -> Array:
     return found
 
 
-def leaves_of(leaves: Sequence[LeafDocument], walls: int, d: int = 2) -> tuple[Leaf, ...]:
-    """Leaves of so many walls. Raises `ValueError` where they are of others."""
+def leaves_of(leaves: Sequence[LeafDocument], walls: int, d: int) -> tuple[Leaf, ...]:
+    """Leaves of so many walls in d dimensions. Raises `ValueError` where they are of others."""
     for leaf in leaves:
         if not len(leaf.low) == len(leaf.high) == len(leaf.at) == walls:
             raise ValueError("a leaf of the proof is of other walls")
@@ -488,22 +427,23 @@ def point_proof_of(
     scope: Literal["all", "these"],
     classes: BlockClasses | None,
     walls: int,
+    d: int,
 ) -> Proof | BlockProof | ListedProof:
     """The proof that a document states. Raises `ValueError` where it is none of these blocks, or walls."""
     if classes is None:
         if not isinstance(stated, LeavesProof):
             raise ValueError("the proof is of blocks, and there are none")
-        return Proof(scope, leaves_of(stated.leaves, walls))
+        return Proof(scope, leaves_of(stated.leaves, walls, d))
     if scope != "all":
         raise ValueError("the proof past blocks is of all times")
     if isinstance(stated, BlocksProof):
-        return BlockProof(_way_branch(stated.root, classes, classes.cells.ways))
+        return BlockProof(_way_branch(stated.root, classes, classes.cells.ways, d))
     if isinstance(stated, ListProof):
-        return ListedProof(tuple(_listed(one, classes) for one in stated.branches))
+        return ListedProof(tuple(_listed(one, classes, d) for one in stated.branches))
     raise ValueError("the proof is of walls alone, and there are blocks")
 
 
-def _listed(one: WayLeaves, classes: BlockClasses) -> ListedBranch:
+def _listed(one: WayLeaves, classes: BlockClasses, d: int) -> ListedBranch:
     way = tuple(tuple(gaps) for gaps in one.way)
     cells = classes.cells
     if len(way) != len(cells.gaps) or any(
@@ -511,7 +451,7 @@ def _listed(one: WayLeaves, classes: BlockClasses) -> ListedBranch:
     ):
         raise ValueError("a way of the proof is not through these blocks")
     kept = cells.through(way)
-    return ListedBranch(way, _lines(one.lines, classes), leaves_of(one.leaves, _walls(kept, one.lines, classes)))
+    return ListedBranch(way, _lines(one.lines, classes), leaves_of(one.leaves, _walls(kept, one.lines, classes), d))
 
 
 def _lines(lines: Sequence[tuple[float, int]], classes: BlockClasses) -> Marks:
@@ -524,16 +464,16 @@ def _walls(way: Way | None, lines: Sequence[tuple[float, int]], classes: BlockCl
     return 0 if way is None else len(classes.cells.marks(way, tuple(lines)))
 
 
-def _way_branch(one: WayBranch, classes: BlockClasses, way: Way | None) -> Branch[int, Marks]:
+def _way_branch(one: WayBranch, classes: BlockClasses, way: Way | None, d: int) -> Branch[int, Marks]:
     lines = _lines(one.lines, classes)
-    leaves = leaves_of(one.leaves, _walls(way, lines, classes)) if one.leaves else ()
+    leaves = leaves_of(one.leaves, _walls(way, lines, classes), d) if one.leaves else ()
     if one.strip is None or way is None:
         return Branch(leaves, lines)
     if not classes.splits(WayClass(way, lines), one.strip):
         raise ValueError("a strip of the proof is none of these blocks")
     parts = classes.parts(WayClass(way, lines), one.strip)
     children = [
-        None if child is None else _way_branch(child, classes, part)
+        None if child is None else _way_branch(child, classes, part, d)
         for part, child in zip(parts, one.children, strict=True)
     ]
     return Branch(leaves, lines, one.strip, tuple(children))
@@ -554,7 +494,9 @@ def _passage(one: PassageDocument, passages: Mapping[tuple[int, int], Passage]) 
     if passage.workspace.chain.links > 2:
         if one.whole is None:
             raise ValueError("a proof is missing")
-        return PassageProof(one.indices, None, (), Branch(leaves_of(one.whole.leaves, 0), Looks()))
+        return PassageProof(
+            one.indices, None, (), Branch(leaves_of(one.whole.leaves, 0, passage.maneuver.dimension), Looks())
+        )
     touching = tuple(_touching(each, passage) for each in one.touching)
     trunks = [
         None if tree is None else _line_branch(tree, seen, ALL)
@@ -568,8 +510,9 @@ def _touching(one: TouchingDocument, passage: Passage) -> Touching:
     if len(one.leaves) != len(touched.paths):
         raise ValueError("an arc's leaves are missing")
     pasts = [passage.past(paths) for paths in touched.paths]
+    d = passage.maneuver.dimension
     leaves = tuple(
-        leaves_of(own, 0 if past is None else len(past.walls)) for own, past in zip(one.leaves, pasts, strict=True)
+        leaves_of(own, 0 if past is None else len(past.walls), d) for own, past in zip(one.leaves, pasts, strict=True)
     )
     return Touching(one.edge, one.arc, leaves)
 
@@ -578,7 +521,7 @@ def _line_branch(one: LineBranch, passage: Passage, part: Whole) -> Lined:
     looks = Looks(one.ends, tuple(one.dropped))
     order = passage.seen(part, looks)
     past = passage.past(order)
-    leaves = leaves_of(one.leaves, 0 if past is None else len(past.walls))
+    leaves = leaves_of(one.leaves, 0 if past is None else len(past.walls), passage.maneuver.dimension)
     if one.line is None:
         return Branch(leaves, looks)
     line = Line(*one.line)

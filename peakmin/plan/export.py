@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,9 +19,13 @@ MOST_SECONDS = 2**31  # of a duration in ROS
 
 
 class Motion(NamedTuple):
-    """What moves, by name (n,), and how: instants [s] (m,), and q, q', q'' there, (m, n) each [SI]."""
+    """What moves, by name (n,), and how: instants [s] (m,), and q, q', q'' there, (m, n) each [SI].
+
+    beside: how many of the names stand side by side in a table before their velocities.
+    """
 
     names: list[str]
+    beside: int
     times: Array
     positions: Array
     velocities: Array
@@ -37,20 +41,16 @@ def csv(plan: Plan, rate: float | None = None) -> str:
     Raises:
         PeakminError: where there is nothing that a robot may be given: see `_motion`.
     """
-    names, times, *orders = _motion(plan, rate)
-    kinds = ("", ".velocity", ".acceleration")
-    if isinstance(plan, ArmPlan):
-        head = [name + kind for name in names for kind in kinds]
-        columns = np.stack(orders, axis=-1).reshape(len(times), -1)
-    else:
-        head = [name + kind for kind in kinds for name in names]
-        columns = np.hstack(orders)
-    return csv_text(["t", *head], np.column_stack([times, columns]).tolist())
+    names, beside, times, *orders = _motion(plan, rate)
+    kinds, groups = ("", ".velocity", ".acceleration"), [names[k : k + beside] for k in range(0, len(names), beside)]
+    head = [name + kind for group in groups for kind in kinds for name in group]
+    columns = np.stack(orders, axis=1).reshape(len(times), len(kinds), -1, beside).swapaxes(1, 2)
+    return csv_text(["t", *head], np.column_stack([times, columns.reshape(len(times), -1)]).tolist())
 
 
 def joint_trajectory(plan: Plan, rate: float | None = None) -> str:
     """ROS's message trajectory_msgs/JointTrajectory as JSON, which is YAML, too; arguments and errors as of `csv`."""
-    if not isinstance(plan, ArmPlan):
+    if plan.kind != "arm":
         raise PeakminError("export: was a plan of a centre of mass, must be one of an arm for joint_trajectory")
     motion = _motion(plan, rate)
     if motion.times[-1] >= MOST_SECONDS:
@@ -67,7 +67,7 @@ def joint_trajectory(plan: Plan, rate: float | None = None) -> str:
             "accelerations": ddq,
             "time_from_start": {"sec": t // NANO, "nanosec": t % NANO},
         }
-        for t, q, dq, ddq in zip(nanoseconds, *(order.tolist() for order in motion[2:]), strict=True)
+        for t, q, dq, ddq in zip(nanoseconds, *(order.tolist() for order in motion[3:]), strict=True)
     ]
     return json.dumps({"joint_names": motion.names, "points": points}, allow_nan=False) + "\n"
 
@@ -90,13 +90,20 @@ def _motion(plan: Plan, rate: float | None) -> Motion:
             f"export: was a motion that does not keep what was asked ({lacking[0]}), must be one that does"
         )
     t = plan.instants(rate)
-    if isinstance(plan, ArmPlan):
-        with np.errstate(all="ignore"):
-            orders = [plan.joint_positions(t), plan.joint_velocities(t), plan.joint_accelerations(t)]
-        names = [f"joint_{k + 1}" for k in range(len(plan.maneuver.arm.links))]
-    else:
-        orders = [plan.position(t), plan.velocity(t), plan.acceleration(t)]
-        names = ["x", "y"]
-    if not all(np.all(np.isfinite(order)) for order in orders):
+    with np.errstate(all="ignore"):
+        motion = MOTIONS[plan.kind](plan, t)
+    if not all(np.all(np.isfinite(order)) for order in motion[3:]):
         raise PeakminError("export: was a plan whose joints need speeds without end, must have finite ones")
-    return Motion(names, t, *orders)
+    return motion
+
+
+def _of_centre(plan: Plan, t: Array) -> Motion:
+    return Motion(["x", "y"], 2, t, plan.position(t), plan.velocity(t), plan.acceleration(t))
+
+
+def _of_joints(plan: ArmPlan, t: Array) -> Motion:
+    names = [f"joint_{k + 1}" for k in range(len(plan.maneuver.arm.links))]
+    return Motion(names, 1, t, plan.joint_positions(t), plan.joint_velocities(t), plan.joint_accelerations(t))
+
+
+MOTIONS: dict[str, Callable[[Any, Array], Motion]] = {"point": _of_centre, "arm": _of_joints}  # by the kind of plan

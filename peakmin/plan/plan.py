@@ -6,7 +6,7 @@ import json
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,12 +37,12 @@ from .document import (
     motion_fields,
     point_proof_of,
     proof_document,
-    read_as,
     shaped,
     signed,
     unknown,
 )
 from .found import Found, Made
+from .older import read_as
 
 KEEPS: tuple[Status, ...] = ("solved", "feasible")
 MOST_ROWS = 1_000_000  # of a table at a rate
@@ -204,11 +204,6 @@ class Plan:
         """Derivatives of the least peak at the plan's obstacle times, from the multipliers."""
         return sensitivities(self.crossing, self.obstacle_times, self.multipliers)
 
-    @cached_property
-    def explanation(self) -> Any:  # an Explanation of the queries, which a plan cannot import
-        """Why a plan that is "infeasible" is so, and what would help, each tried out; None for others. Takes solves."""
-        return found("peakmin.queries.explain:explained")(self)
-
     def plot(self, ax: Axes | None = None) -> Axes:
         """The path with what stands in its way and where it crosses; `peakmin.view` has more."""
         return found("peakmin.view.paths:path")(self, ax=ax)
@@ -248,7 +243,7 @@ class Plan:
         maneuver = document.spec.maneuver
         scene = scene_of(maneuver)
         walls = document.walls if maneuver.blocks else maneuver.walls  # without blocks a file cannot choose them
-        q, d = len(walls), len(maneuver.start.position)
+        q, d = len(walls), maneuver.dimension
         return cls(
             maneuver,
             document.spec.settings,
@@ -259,7 +254,7 @@ class Plan:
             unknown(document.clearance),
             unknown(document.peak),
             unknown(document.lower_bound),
-            point_proof_of(document.proof, document.scope, scene.classes, q),
+            point_proof_of(document.proof, document.scope, scene.classes, q, d),
             shaped(document.multipliers, 2 + q, d),
             Made(**document.made.model_dump()),
         )

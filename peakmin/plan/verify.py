@@ -20,7 +20,8 @@ from ..spec.settings import Bisection, Settings
 from ..types import Json
 from .answer import status_of
 from .arm_plan import ArmPlan
-from .document import SINCE_3, VERSION, ArmDocument, PointDocument, digest, made_of, stated
+from .document import VERSION, ArmDocument, PointDocument, digest, made_of
+from .older import SINCE_3, stated
 from .plan import KEEPS, Plan
 
 SAME = 1e-9  # relative difference up to which a number counts as the one stated

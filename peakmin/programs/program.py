@@ -213,7 +213,7 @@ class _Program(ABC):
             first += holds
             h = ends[j + 1] - ends[j]
             later = holds - np.arange(holds) - 0.5
-            a, s = cp.Variable(2), cp.Variable(2)
+            a, s = cp.Variable(self.mass.dimension), cp.Variable(self.mass.dimension)
             # rows of length about one, also for 20,000 holds: sqrt(N_j) on both sides
             root = np.sqrt(holds)
             constraints.append(root * a == cp.multiply(h, (later / (root * holds)) @ v))

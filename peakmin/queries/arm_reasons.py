@@ -10,7 +10,7 @@ from ..plan.arm_plan import ArmPlan
 from ..robots.joint_space import FLOODS, flood
 from ..scenes.passages import passages
 from ..spec.arm import ArmManeuver
-from .reasons import Reasons
+from .reasons import InTheWay, Reasons
 from .repairs import Change, Repair, Trials, changed, downwards, left_out, longer, raised, upwards, with_link
 
 Limit = tuple[int, Literal["limits", "max_speed"]]  # of which link, and which
@@ -79,6 +79,20 @@ class ArmReasons(Reasons):
             yield from self.trials.repair(raised(self.task, limit), free.peak)
             yield from self.trials.repair(longer(self.task), SLOWER * self.task.duration * math.sqrt(free.peak / limit))
 
+    @staticmethod
+    def in_the_way(plan: ArmPlan, trials: Trials) -> InTheWay | None:  # type: ignore[override]
+        """A joint limit or speed is, where the motion does not keep it or the task is solved with it made wider."""
+        task = plan.maneuver
+        given = given_limits(task)
+        if plan.joints is not None:
+            kept = plan.kept
+            assert kept is not None
+            given = {name: given[name] for one in kept.excesses if (name := one.field) in given}
+        found = [one for name, limit in given.items() for one in widened(task, trials, name, limit)]
+        fields = tuple(given) if plan.joints is not None else tuple(one.field for one in found)
+        because = "; ".join(plan.exceeded) or "no motion was found that keeps them"
+        return InTheWay(fields, because, found) if fields else None
+
 
 def given_limits(task: ArmManeuver) -> dict[str, Limit]:
     """The joint limits and speeds that are asked for, by their paths."""
@@ -95,7 +109,7 @@ def widened(task: ArmManeuver, trials: Trials, field: str, limit: Limit) -> Iter
     k, name = limit
     free = with_link(task, k, **{name: None})
     plan = None if free is None or trials.over else trials.plan(free)
-    if not isinstance(plan, ArmPlan) or not plan.keeps or plan.extremes is None:
+    if plan is None or not plan.keeps or plan.extremes is None:
         return
     asked, found = getattr(task.arm.links[k], name), plan.extremes
     if name == "limits":

@@ -15,14 +15,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from ..deadline import after, over
-from ..plan.arm_plan import ArmPlan
+from ..errors import SpecError
 from ..plan.plan import Plan
 from ..scenes.kinds import scene_of
 from ..search.solve import solve
 from ..spec.settings import Settings
 from ..spec.spec import refuse_unfit
 from ..spec.task import Task
-from .arm_reasons import ArmReasons, given_limits, widened
+from .arm_reasons import ArmReasons
 from .point_reasons import PointReasons
 from .reasons import Reasons
 from .repairs import Repair, Trials
@@ -69,15 +69,22 @@ class Explanation:
         return f"{', '.join(self.conflict)} {verb}: {self.because}\n{said}{late}"
 
 
-def explain(task: Task, settings: Settings | None = None) -> Explanation | None:
+def explain(task: Task | Plan, settings: Settings | None = None) -> Explanation | None:
     """Why a task is proved infeasible: the fewest entries that conflict, and the smallest changes that help.
 
     None where it is solved, or nothing is proved and no joint limit or speed of an arm is in the way. Every change was
     solved; an explanation takes many solves, up to eight seconds or a shorter `settings.time_limit`.
 
+    Args:
+        task: a plan of it is not solved again, and has its own settings.
+
     Raises:
-        SpecError: when the settings do not fit the task.
+        SpecError: when the settings do not fit the task, or are given beside a plan.
     """
+    if isinstance(task, Plan):
+        if settings is not None:
+            raise SpecError("settings: was given beside a plan, must be left out (a plan has its own)")
+        return explained(task)
     settings = settings or Settings()
     refuse_unfit(task, settings)
     if scene_of(task).impossible() is not None:  # no search is needed to know that
@@ -93,8 +100,8 @@ def explained(plan: Plan, stopped: threading.Event | None = None) -> Explanation
     Args:
         stopped: to be set when it is to end with what it has.
     """
-    if plan.status == "unknown" and isinstance(plan, ArmPlan):
-        return beyond_limits(plan, _until(plan.settings, stopped))
+    if plan.status == "unknown":
+        return in_the_way(plan, _until(plan.settings, stopped))
     if plan.status != "infeasible":
         return None
     return why_not(plan.maneuver, plan.settings, plan.lower_bound, _until(plan.settings, stopped))
@@ -104,24 +111,14 @@ def _until(settings: Settings, stopped: threading.Event | None = None) -> float:
     return after(min(settings.time_limit or math.inf, TIME_LIMIT), stopped)
 
 
-def beyond_limits(plan: ArmPlan, until: float) -> Explanation | None:
-    """Joint limits and speeds in the way of the motions found, though none is proved impossible; None where none is.
-
-    One is in the way where the plan's motion does not keep it, or where the task is solved with it made wider.
-    """
-    task, trials = plan.maneuver, Trials(plan.settings, until)
-    given = given_limits(task)
-    if plan.joints is not None:
-        kept = plan.kept
-        assert kept is not None
-        given = {name: given[name] for one in kept.excesses if (name := one.field) in given}
-    found = [one for name, limit in given.items() for one in widened(task, trials, name, limit)]
-    repairs = sorted(found, key=lambda one: one.cost)
-    fields = tuple(given) if plan.joints is not None else tuple(one.field for one in found)
-    if not fields:
+def in_the_way(plan: Plan, until: float) -> Explanation | None:
+    """What is in the way of the motions found, though none is proved impossible; None where nothing is."""
+    trials = Trials(plan.settings, until)
+    found = REASONS[plan.kind].in_the_way(plan, trials)
+    if found is None:
         return None
-    because = "; ".join(plan.exceeded) or "no motion was found that keeps them"
-    return Explanation(fields, because, tuple(repairs), not (trials.over or trials.cut), proved=False)
+    repairs = sorted(found.repairs, key=lambda one: one.cost)
+    return Explanation(found.fields, found.because, tuple(repairs), not (trials.over or trials.cut), proved=False)
 
 
 def why_not(task: Task, settings: Settings, proved: float, until: float) -> Explanation | None:

@@ -222,7 +222,7 @@ class PeakOracle:
         with self._own.programs as programs:
             least = LeastPeak(maneuver, self.settings, programs=programs)
             placed, bracket, unit = least.place(times) * least.mass.time, least(times), least.mass.unit
-        none = np.zeros((2 + len(placed), len(maneuver.start.position)))
+        none = np.zeros((2 + len(placed), maneuver.dimension))
         multipliers = none if bracket.multipliers is None else bracket.multipliers
         found = math.isfinite(bracket.upper)
         return _Answer(bracket.upper * unit, bracket.lower * unit, found, placed, maneuver, multipliers)

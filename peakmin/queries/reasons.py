@@ -5,9 +5,19 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from typing import NamedTuple
 
+from ..plan.plan import Plan
 from ..spec.task import Task
 from .repairs import Repair, Trials
+
+
+class InTheWay(NamedTuple):
+    """Entries in the way of the motions that were found, though nothing is proved; why; and what helps."""
+
+    fields: tuple[str, ...]
+    because: str
+    repairs: list[Repair]
 
 
 class Reasons(ABC):
@@ -37,6 +47,11 @@ class Reasons(ABC):
                 return False
             self.bounds[tuple(kept)] = bound
         return True
+
+    @staticmethod
+    def in_the_way(plan: Plan, trials: Trials) -> InTheWay | None:
+        """What is in the way of a plan that is "unknown"; None where nothing is known to be."""
+        return None
 
     @property
     @abstractmethod

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple, TypeVar, overload
 
 from ..deadline import Deadline, after, left, over, stopped_by
 from ..errors import SpecError
+from ..plan.arm_plan import ArmPlan
 from ..plan.plan import KEEPS, Plan
 from ..search.solve import solve
 from ..spec.arm import ArmManeuver
@@ -103,6 +104,10 @@ class Trials:
         plan = self.plan(task, settings)
         return Tried("refused", math.inf, 0.0) if plan is None else Tried(plan.status, plan.peak, plan.lower_bound)
 
+    @overload
+    def plan(self, task: ArmManeuver, settings: Settings | None = None) -> ArmPlan | None: ...
+    @overload
+    def plan(self, task: Task, settings: Settings | None = None) -> Plan | None: ...
     def plan(self, task: Task, settings: Settings | None = None) -> Plan | None:
         """The plan likewise; None where the changed task is refused."""
         until = self.part(SHARE, SHORTEST)

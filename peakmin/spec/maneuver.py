@@ -48,6 +48,11 @@ class Maneuver(Task):
     max_speed: Positive | None = None
 
     @property
+    def dimension(self) -> int:
+        """d, of its places."""
+        return len(self.start.position)
+
+    @property
     def walls(self) -> tuple[Wall, ...]:
         """The walls among the obstacles, in order."""
         return tuple(o for o in self.obstacles if isinstance(o, Wall))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -115,12 +116,12 @@ def refuse_unfit(task: Task, settings: Settings) -> None:
     """Refuse settings that do not fit the task. Raises `SpecError`."""
     refuse_other(task)
     _refuse_type("settings", settings, Settings, Settings.__name__)
-    if task.kind == "arm":
-        if settings.search.kind != "global":
-            raise SpecError(f"settings.search.kind: was {settings.search.kind!r}, must be 'global' for an arm")
-        return
-    assert isinstance(task, Maneuver)
-    _refuse_unfit_for_a_point(task, settings)
+    UNFIT[task.kind](task, settings)
+
+
+def _refuse_unfit_for_an_arm(_: ArmManeuver, settings: Settings) -> None:
+    if settings.search.kind != "global":
+        raise SpecError(f"settings.search.kind: was {settings.search.kind!r}, must be 'global' for an arm")
 
 
 def _refuse_unfit_for_a_point(maneuver: Maneuver, settings: Settings) -> None:
@@ -139,6 +140,12 @@ def _refuse_unfit_for_a_point(maneuver: Maneuver, settings: Settings) -> None:
             raise SpecError(f"maneuver.obstacles: was {walls} walls, must be {most}")
     else:
         _refuse_times(maneuver.duration, walls, search)
+
+
+UNFIT: dict[str, Callable[[Any, Settings], None]] = {  # by the kind of task
+    "point": _refuse_unfit_for_a_point,
+    "arm": _refuse_unfit_for_an_arm,
+}
 
 
 def _refuse_times(duration: float, walls: int, search: SweepSearch | RefineSearch) -> None:

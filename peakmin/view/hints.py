@@ -2,24 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 from ..deadline import SHARE
-from ..geometry.norm import length
 from ..plan.plan import Plan
-from ..spec.arm import ArmManeuver
 from ..spec.control_set import Disc
-from ..spec.maneuver import Maneuver
 from ..spec.settings import SOLVERS, Direct, GlobalSearch, Settings
 from ..spec.task import Task
 from .kinds import kind_of
-from .sentences import line
 
 LARGE = 1e-3  # a gap of which is said why
-TURN = math.tau * (1 + 1e-9)  # rad: joint angles beyond it, and
-FAST = 20.0  # rad/s: speeds of joints above it may have been meant in degrees
-LONG = 20.0  # m: links above it, and
-FAR, HASTE = 100.0, 200.0  # m, m/s^2: ways above it that need so much may have been meant in millimetres
 NEARLY = 0.9  # of a limit: what took so much of it was stopped by it
 
 
@@ -43,39 +33,7 @@ def advice(plan: Plan) -> list[str]:
 
 def units(task: Task) -> list[str]:
     """Numbers of a spec that look like degrees or millimetres, a line each."""
-    if isinstance(task, ArmManeuver):
-        return [*_degrees(task), *_long_links(task)]
-    assert isinstance(task, Maneuver)
-    way = length(tuple(b - a for a, b in zip(task.start.position, task.goal.position, strict=True)))
-    needed = 4 * way / task.duration**2  # of the straight way from rest to rest: M = 4 d / T^2
-    if way <= FAR or needed <= HASTE:
-        return []
-    return [line("metres", f"start and goal are {way:g} m apart, {needed:.3g} m/s² in {task.duration:g} s: not mm?")]
-
-
-def _degrees(task: ArmManeuver) -> list[str]:
-    poses = (("start", task.start), ("goal", task.goal))
-    angles = [(f"{name}.joints[{i}]", q) for name, pose in poses for i, q in enumerate(pose.joints or ())]
-    links = list(enumerate(task.arm.links))
-    angles += [(f"arm.links[{i}].limits", q) for i, link in links for q in link.limits or ()]
-    speeds = [(f"arm.links[{i}].max_speed", link.max_speed) for i, link in links if link.max_speed is not None]
-    return [
-        *(
-            line("radians", f"{field} is {q:g} rad, {abs(q) / math.tau:.3g} turns")
-            for field, q in angles
-            if abs(q) > TURN
-        ),
-        *(
-            line("radians", f"{field} is {speed:g} rad/s, {speed / math.tau:.3g} turns a second: not degrees?")
-            for field, speed in speeds
-            if speed > FAST
-        ),
-    ]
-
-
-def _long_links(task: ArmManeuver) -> list[str]:
-    long = [(i, link.length) for i, link in enumerate(task.arm.links) if link.length > LONG]
-    return [line("metres", f"arm.links[{i}].length is {size:g} m: not mm?") for i, size in long]
+    return kind_of(task).units(task)
 
 
 def _of_a_gap(plan: Plan) -> list[str]:

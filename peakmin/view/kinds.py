@@ -1,4 +1,4 @@
-"""What is said and drawn of one kind of plan only, in one table: all else in view is the same for every kind."""
+"""What is said and drawn of one kind of task or plan only, in one table: all else in view is the same for each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
-from . import sentences
+from ..spec.task import Task
+from . import sentences, sketches
 from .animation import Scene, arm_scene, point_scene
 from .curves import base_force, control_size, joint_angles, peak_over_contact
 from .paths import arm_path, path, poses
@@ -21,8 +22,9 @@ P = TypeVar("P", Plan, ArmPlan)
 
 @dataclass(frozen=True)
 class Kind(Generic[P]):
-    """Functions of a plan of this kind.
+    """Functions of a task or a plan of this kind.
 
+    problem: the picture of a task;  units: numbers of it that may be meant in others.
     bounded: of what its lower bound is one;  made: how it was made;  facts: lines under its answer;
     tries: other questions that may help;  finer: settings that may.
     place: the picture that needs no motion;  panels: those beside it in the overview;  alone: those by themselves, by
@@ -30,6 +32,8 @@ class Kind(Generic[P]):
     film: the animation's file;  filmed: whether the terminal makes it unless told otherwise.
     """
 
+    problem: Callable[[Any, Axes | None], Axes]
+    units: Callable[[Any], list[str]]
     bounded: Callable[[P], str]
     made: Callable[[P], str]
     facts: Callable[[P], list[str]]
@@ -51,8 +55,10 @@ def _alone(plan: ArmPlan) -> dict[str, Callable[[ArmPlan, Axes], Axes]]:
 
 AnyKind = Kind[Any]  # no type says that a plan's key finds the functions for its type
 
-KINDS: dict[str, AnyKind] = {  # of plans that are of the key's kind
+KINDS: dict[str, AnyKind] = {  # of tasks and plans that are of the key's kind
     "point": Kind[Plan](
+        problem=sketches.problem,
+        units=sentences.point_units,
         bounded=sentences.point_bounded,
         made=sentences.point_made,
         facts=sentences.point_facts,
@@ -66,6 +72,8 @@ KINDS: dict[str, AnyKind] = {  # of plans that are of the key's kind
         filmed=False,
     ),
     "arm": Kind[ArmPlan](
+        problem=sketches.arm_problem,
+        units=sentences.arm_units,
         bounded=sentences.arm_bounded,
         made=sentences.arm_made,
         facts=sentences.arm_facts,
@@ -81,6 +89,6 @@ KINDS: dict[str, AnyKind] = {  # of plans that are of the key's kind
 }
 
 
-def kind_of(plan: Plan) -> AnyKind:
-    """What is said and drawn of plans of this plan's kind."""
-    return KINDS[plan.kind]
+def kind_of(one: Task | Plan) -> AnyKind:
+    """What is said and drawn of tasks and plans of this one's kind."""
+    return KINDS[one.kind]

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import SpecError
-from ..programs.least_peak import LeastPeak
+from ..queries.peak_map import peak_map as cells_of
 from ..search.solve import solve
-from ..spec.maneuver import Maneuver, walls_only
-from ..spec.settings import Exact, Settings
-from ..types import Array
+from ..spec.maneuver import Maneuver
+from ..spec.settings import Settings
 from .style import BELOW, BLACK, MARK, axes_of
 
 if TYPE_CHECKING:
     from .pyplot import Axes
-
-DEPTH = 4.0  # times the least peak at which the colours end
 
 
 def peak_map(maneuver: Maneuver, settings: Settings | None = None, count: int = 40, ax: Axes | None = None) -> Axes:
@@ -30,13 +25,7 @@ def peak_map(maneuver: Maneuver, settings: Settings | None = None, count: int = 
     Raises:
         SpecError: when the maneuver is anything but two walls.
     """
-    walls_only(maneuver, "a map of the peak")
-    if len(maneuver.walls) != 2:
-        raise SpecError(f"maneuver.obstacles: was {len(maneuver.walls)} walls, must be 2 for a map of the peak")
-    if count < 3:
-        raise SpecError(f"count: was {count}, must be at least 3")
-    t = (np.arange(count) + 0.5) / count * maneuver.duration
-    peak, best, top = _cells(maneuver, t)
+    t, peak, best, top = cells_of(maneuver, count)
     times, size, name = t[list(best)], float(peak[best[::-1]]), "least of the cells"
     least = size
     if settings is not None:
@@ -56,24 +45,3 @@ def peak_map(maneuver: Maneuver, settings: Settings | None = None, count: int = 
     ax.set_aspect("equal", anchor="SE")
     ax.legend(**BELOW)
     return ax
-
-
-def _cells(maneuver: Maneuver, t: Array) -> tuple[Array, tuple[int, int], float]:
-    """Least peaks [m/s^2] for T_1, T_2 in t, a row for each T_2; the cell (T_1, T_2) of the least; where colours end.
-
-    Where bounds from below are beyond the colours already, they stand for the peaks.
-    """
-    least_peak = LeastPeak(maneuver, Settings(method=Exact()))
-    mass, count = least_peak.mass, len(t)
-    peak = np.full((count, count), np.nan)
-    for i, j in combinations(range(count), 2):
-        peak[j, i] = mass.floor(t[[i, j]] / mass.time) * mass.unit
-    base, best, least = 0.1 * float(np.nanquantile(peak, 0.1)), (0, 1), np.inf
-    for flat in np.argsort(peak, axis=None)[: count * (count - 1) // 2]:
-        j, i = divmod(int(flat), count)
-        if peak[j, i] > DEPTH * max(least, base):
-            break
-        peak[j, i] = least_peak(t[[i, j]]).upper * mass.unit
-        if peak[j, i] < least:
-            best, least = (i, j), float(peak[j, i])
-    return peak, best, DEPTH * max(least, base) or 1.0

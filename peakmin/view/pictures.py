@@ -1,4 +1,4 @@
-"""The figures and the animation of a plan of any kind."""
+"""The figures and the animation of a plan of any kind, and the picture of any task."""
 
 from __future__ import annotations
 
@@ -6,15 +6,21 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ..plan.plan import Plan
+from ..spec.task import Task
 from .animation import frames_of, gif
 from .kinds import kind_of
 from .style import sheet
 
 if TYPE_CHECKING:
-    from .pyplot import Figure
+    from .pyplot import Axes, Figure
 
 PANEL = (5.8, 4.7)  # inches
 ALONE = (7, 5.2)
+
+
+def problem(task: Task, ax: Axes | None = None) -> Axes:
+    """What is asked, before anything is solved."""
+    return kind_of(task).problem(task, ax)
 
 
 def overview(plan: Plan) -> Figure:

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from ..plan.plan import Plan
 from ..plan.verify import verify
+from ..queries.explain import explained
 from .pictures import figures
 from .style import png
 from .words import describe
@@ -44,7 +45,7 @@ def page(plan: Plan, title: str = "peakmin") -> str:
         title=title,
         plan=plan,
         rows=_rows(plan),
-        why=plan.explanation,
+        why=explained(plan),
         words=describe(plan),
         pictures={name.replace("_", " "): base64.b64encode(png(figure)).decode() for name, figure in drawn.items()},
         found=verify(plan.to_json()),

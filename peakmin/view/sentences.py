@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import math
 
+from ..geometry.norm import length
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
 from ..plan.reason import not_kept
+from ..spec.arm import ArmManeuver
 from ..spec.control_set import Disc
+from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Block
 from ..spec.settings import Exact
 
 KEPT = 1e-6  # of the reach that a path leaves [m], or more, is spoken
+TURN = math.tau * (1 + 1e-9)  # rad: joint angles beyond it, and
+FAST = 20.0  # rad/s: speeds of joints above it may have been meant in degrees
+LONG = 20.0  # m: links above it, and
+FAR, HASTE = 100.0, 200.0  # m, m/s^2: ways above it that need so much may have been meant in millimetres
 
 
 def line(name: str, said: str) -> str:
@@ -20,6 +27,15 @@ def line(name: str, said: str) -> str:
 
 
 # a centre of mass
+
+
+def point_units(task: Maneuver) -> list[str]:
+    """Places that look like millimetres."""
+    way = length(tuple(b - a for a, b in zip(task.start.position, task.goal.position, strict=True)))
+    needed = 4 * way / task.duration**2  # of the straight way from rest to rest: M = 4 d / T^2
+    if way <= FAR or needed <= HASTE:
+        return []
+    return [line("metres", f"start and goal are {way:g} m apart, {needed:.3g} m/s² in {task.duration:g} s: not mm?")]
 
 
 def point_bounded(plan: Plan) -> str:
@@ -61,6 +77,36 @@ def point_tries(plan: Plan) -> list[str]:
 
 
 # an arm
+
+
+def arm_units(task: ArmManeuver) -> list[str]:
+    """Angles and speeds that look like degrees, lengths that look like millimetres."""
+    return [*_degrees(task), *_long_links(task)]
+
+
+def _degrees(task: ArmManeuver) -> list[str]:
+    poses = (("start", task.start), ("goal", task.goal))
+    angles = [(f"{name}.joints[{i}]", q) for name, pose in poses for i, q in enumerate(pose.joints or ())]
+    links = list(enumerate(task.arm.links))
+    angles += [(f"arm.links[{i}].limits", q) for i, link in links for q in link.limits or ()]
+    speeds = [(f"arm.links[{i}].max_speed", link.max_speed) for i, link in links if link.max_speed is not None]
+    return [
+        *(
+            line("radians", f"{field} is {q:g} rad, {abs(q) / math.tau:.3g} turns")
+            for field, q in angles
+            if abs(q) > TURN
+        ),
+        *(
+            line("radians", f"{field} is {speed:g} rad/s, {speed / math.tau:.3g} turns a second: not degrees?")
+            for field, speed in speeds
+            if speed > FAST
+        ),
+    ]
+
+
+def _long_links(task: ArmManeuver) -> list[str]:
+    long = [(i, link.length) for i, link in enumerate(task.arm.links) if link.length > LONG]
+    return [line("metres", f"arm.links[{i}].length is {size:g} m: not mm?") for i, size in long]
 
 
 def arm_bounded(plan: ArmPlan) -> str:

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from ..spec.arm import ArmManeuver, postures
 from ..spec.control_set import Polygon
 from ..spec.maneuver import Maneuver
-from ..spec.task import Task
 from . import pyplot as plt
 from .paths import around_base, links
 from .scenery import arrows_at, ends, look_through, polygons, surroundings, window
@@ -46,14 +45,6 @@ WAYS = (  # from box to box, with a word at the first stretch
     ([(5.8, 0.9 + HIGH), (5.8, 1.9), (9.7, 1.9), (9.7, 6.4 - HIGH)], "no"),
     ([(9.7, 6.4), (9.7, 9.8), (4.5 + WIDE, 9.8)], ""),
 )
-
-
-def task(asked: Task, ax: Axes | None = None) -> Axes:
-    """What is asked, of a centre of mass or of an arm."""
-    if isinstance(asked, ArmManeuver):
-        return arm_problem(asked, ax)
-    assert isinstance(asked, Maneuver)
-    return problem(asked, ax)
 
 
 def problem(maneuver: Maneuver, ax: Axes | None = None) -> Axes:

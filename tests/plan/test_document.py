@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 from functools import cache
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 
 import peakmin as pm
 from peakmin.plan.answer import plan_of
-from peakmin.plan.document import VERSION, digest, schema
+from peakmin.plan.document import VERSION, ArmDocument, PointDocument, digest, schema
 from peakmin.plan.found import Found
 from peakmin.plan.verify import plan_stated
 from peakmin.proofs.bounds import Proof
@@ -90,7 +91,7 @@ def test_kinds_of_proofs_and_of_plans_are_all_there():
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
-def test_files_of_version_1_are_written_as_version_2_and_come_back_to_the_byte(file):
+def test_files_of_version_1_are_written_as_of_the_present_one_and_come_back_to_the_byte(file):
     text = pm.verify(file.read_text()).plan.to_json()
     kind = pm.ArmPlan if json.loads(text)["kind"] == "arm" else pm.Plan
     assert kind.from_json(text).to_json() == text
@@ -107,6 +108,14 @@ def test_a_plan_is_not_read_as_one_of_another_kind(name):
     for read in (pm.verify, type(plan).from_json):
         with pytest.raises(pm.SpecError, match=r"^the document: was not a plan \("):
             read(json.dumps(bare))
+
+
+def test_every_key_of_a_plan_file_stands_in_its_document():
+    table = (EXAMPLES.parent / "docs" / "files.md").read_text().split("## Plan files")[1].split("###")[0]
+    listed = re.findall(r"^\| (`.*?`) \|", table, re.MULTILINE)
+    keys = {key for cell in listed for key in re.findall(r"`(\w+)`", cell)}
+    assert keys == {*PointDocument.model_fields, *ArmDocument.model_fields}
+    assert f"| `version`, `kind` | {VERSION}, " in table
 
 
 # ---- the schema

@@ -10,7 +10,6 @@ import pytest
 import peakmin as pm
 from peakmin.geometry.trajectory import HoldTrajectory
 from peakmin.plan.document import (
-    SINCE_3,
     ArmsProof,
     BlocksProof,
     LeafDocument,
@@ -24,9 +23,9 @@ from peakmin.plan.document import (
     leaves_of,
     point_proof_of,
     shaped,
-    stated,
     unknown,
 )
+from peakmin.plan.older import SINCE_3, stated
 from peakmin.scenes.blocks import BlockProof, ListedProof
 from peakmin.scenes.kinds import scene_of
 from peakmin.scenes.passages import Line, Looks, Passage, Turned
@@ -76,25 +75,25 @@ def test_arrays_have_their_shape():
 
 def test_leaves_are_of_the_walls_there_are():
     for walls in (0, 1, 3):
-        (one,) = leaves_of([leaf(walls)], walls)
+        (one,) = leaves_of([leaf(walls)], walls, 2)
         assert (one.low, one.high, one.at) == ((0.0,) * walls, (1.0,) * walls, (0.5,) * walls)
         assert one.multipliers.tolist() == [[1.0, 0.0]] * (2 + walls)
         for others in {0, 1, 2, 3, 4} - {walls}:
             with refused("a leaf of the proof is of other walls"):
-                leaves_of([leaf(walls)], others)
+                leaves_of([leaf(walls)], others, 2)
             with refused("a leaf of the proof is of other walls"):
-                leaves_of([leaf(walls), leaf(others)], walls)
+                leaves_of([leaf(walls), leaf(others)], walls, 2)
     for field in ("low", "high", "at"):
         for length in (0, 1, 3):
             with refused("a leaf of the proof is of other walls"):
-                leaves_of([leaf(2, **{field: [0.5] * length})], 2)
+                leaves_of([leaf(2, **{field: [0.5] * length})], 2, 2)
     for rows in (2, 3, 5):
         with refused("an array is of shape"):
-            leaves_of([leaf(2, multipliers=[[1.0, 0.0]] * rows)], 2)
+            leaves_of([leaf(2, multipliers=[[1.0, 0.0]] * rows)], 2, 2)
     with refused("an array is of shape"):
-        leaves_of([leaf(2, multipliers=[[1.0, 0.0, 0.0]] * 4)], 2)
+        leaves_of([leaf(2, multipliers=[[1.0, 0.0, 0.0]] * 4)], 2, 2)
     assert leaves_of([leaf(2, multipliers=[[1.0, 0.0, 0.0]] * 4)], 2, 3)[0].multipliers.shape == (4, 3)
-    assert leaves_of([], 2) == ()
+    assert leaves_of([], 2, 2) == ()
 
 
 # ---- past blocks
@@ -113,7 +112,7 @@ def branch(lines=(), walls=None, strip=None, children=(), leaves=1):
 
 
 def tree(root):
-    return point_proof_of(BlocksProof(kind="blocks", root=root), "all", two(), 0)
+    return point_proof_of(BlocksProof(kind="blocks", root=root), "all", two(), 0, 2)
 
 
 UNDER, OVER = branch([(0.3, 1)]), branch([(0.4, 1)])
@@ -123,20 +122,20 @@ def test_proofs_of_walls_and_of_blocks_are_not_mixed_up():
     walls, blocks = LeavesProof(kind="walls", leaves=[leaf(1)]), BlocksProof(kind="blocks", root=branch())
     listed = ListProof(kind="listed", branches=[])
     for scope in ("all", "these"):
-        proof = point_proof_of(walls, scope, None, 1)
+        proof = point_proof_of(walls, scope, None, 1, 2)
         assert (proof.scope, len(proof.leaves)) == (scope, 1)
         for other in (blocks, listed):
             with refused("the proof is of blocks, and there are none"):
-                point_proof_of(other, scope, None, 1)
+                point_proof_of(other, scope, None, 1, 2)
     with refused("the proof is of walls alone, and there are blocks"):
-        point_proof_of(walls, "all", two(), 1)
-    assert type(point_proof_of(blocks, "all", two(), 0)) is BlockProof
-    assert type(point_proof_of(listed, "all", two(), 0)) is ListedProof
+        point_proof_of(walls, "all", two(), 1, 2)
+    assert type(point_proof_of(blocks, "all", two(), 0, 2)) is BlockProof
+    assert type(point_proof_of(listed, "all", two(), 0, 2)) is ListedProof
     for other in (blocks, listed, walls):
         with refused("the proof past blocks is of all times"):
-            point_proof_of(other, "these", two(), 0)
+            point_proof_of(other, "these", two(), 0, 2)
     with refused("a leaf of the proof is of other walls"):
-        point_proof_of(walls, "all", None, 2)
+        point_proof_of(walls, "all", None, 2, 2)
 
 
 def test_a_tree_is_read_with_the_walls_of_its_ways():
@@ -184,15 +183,15 @@ def test_a_tree_where_there_is_no_way_is_none():
     ]
     closed = scene_of(wall_maneuver(obstacles=sides)).classes
     assert closed.cells.ways is None
-    root = point_proof_of(BlocksProof(kind="blocks", root=branch(strip=1, children=[UNDER])), "all", closed, 0).root
+    root = point_proof_of(BlocksProof(kind="blocks", root=branch(strip=1, children=[UNDER])), "all", closed, 0, 2).root
     assert (root.cut, root.children, len(root.leaves)) == (None, (), 1)
     with refused("a leaf of the proof is of other walls"):
-        point_proof_of(BlocksProof(kind="blocks", root=branch(walls=1)), "all", closed, 0)
+        point_proof_of(BlocksProof(kind="blocks", root=branch(walls=1)), "all", closed, 0, 2)
 
 
 def listed(way, lines=(), walls=0):
     given = [{"way": way, "lines": list(lines), "leaves": [leaf(walls)]}]
-    return point_proof_of(ListProof(kind="listed", branches=given), "all", two(), 0)
+    return point_proof_of(ListProof(kind="listed", branches=given), "all", two(), 0, 2)
 
 
 def test_listed_ways_lead_through_these_blocks():

@@ -64,7 +64,7 @@ SOME = CASES if ALL else ("peak", "the way alone", "speed", "region")
 
 @functools.cache
 def explained(name):
-    """The plan of a case, its explanation made, and the plans that were tried for it."""
+    """The plan of a case, its explanation, and the plans that were tried for it."""
     tried = {}
 
     def told(task, *settings, **stopped):
@@ -75,17 +75,16 @@ def explained(name):
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("peakmin.queries.repairs.solve", told)
         plan = pm.solve(asked, COARSE if asked.simple else HELD)
-        assert plan.explanation
-    return plan, tried
+        why = pm.explain(plan)
+    return plan, why, tried
 
 
 @pytest.mark.parametrize("name", SOME)
 def test_conflicts_and_repairs(name):
     _, conflict, repaired = CASES[name]
-    plan, tried = explained(name)
+    plan, why, tried = explained(name)
     assert plan.status == "infeasible"
     assert pm.verify(plan.to_json()).passed
-    why = plan.explanation
     assert set(why.conflict) == conflict
     assert repaired <= {one.field for one in why.repairs}
     assert [one.cost for one in why.repairs] == sorted(one.cost for one in why.repairs)
@@ -99,7 +98,7 @@ def test_conflicts_and_repairs(name):
 
 
 def test_changes_are_as_small_as_they_get():
-    why = explained("peak")[0].explanation
+    why = explained("peak")[1]
     least = {one.field: one for one in why.repairs}
     free = pm.solve(maneuver(), COARSE).peak
     assert least["max_peak"].maneuver.max_peak == pytest.approx(free, rel=1e-2)
@@ -110,8 +109,13 @@ def test_changes_are_as_small_as_they_get():
 
 
 def test_what_can_be_done_is_not_explained():
-    assert pm.solve(maneuver()).explanation is None
+    assert pm.explain(pm.solve(maneuver())) is None
     assert pm.explain(maneuver()) is None
+
+
+def test_a_plan_has_its_own_settings():
+    with pytest.raises(pm.SpecError, match="settings: was given beside a plan, must be left out"):
+        pm.explain(pm.solve(maneuver()), COARSE)
 
 
 def test_no_path_is_shorter_than_the_least_way():

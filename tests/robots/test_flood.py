@@ -34,7 +34,7 @@ def test_a_way_that_is_closed_is_proved_so(closed):
     assert plan.status == "infeasible"
     assert plan.lower_bound == np.inf
     assert plan.joints is None
-    why = plan.explanation
+    why = pm.explain(plan)
     assert why.conflict == ("obstacles[0]", "obstacles[1]")
     assert why.repairs
     assert {one.field for one in why.repairs} <= set(why.conflict)
@@ -131,4 +131,4 @@ def test_the_fewest_obstacles_that_close_the_way_are_named():
     )
     plan = pm.solve(task, pm.Settings(grid=pm.Aligned(steps=50), time_limit=10))
     assert plan.status == "infeasible"
-    assert plan.explanation.conflict == ("obstacles[0]",)
+    assert pm.explain(plan).conflict == ("obstacles[0]",)

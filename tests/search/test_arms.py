@@ -615,7 +615,7 @@ def test_an_elbow_that_turns_over_beside_its_edge_jumps():
 
 def test_explanations_of_arms_are_tried_out():
     plan = solved(small(max_peak=0.1))
-    why = plan.explanation
+    why = pm.explain(plan)
     assert {"max_peak", "duration"} <= set(why.conflict)
     assert {one.field for one in why.repairs} == {"max_peak", "duration"}
     for one in why.repairs:

@@ -14,7 +14,7 @@ from PIL import Image
 import peakmin as pm
 from peakmin import cli
 from peakmin.spec.spec import spec_of
-from peakmin.view import refused, sketches
+from peakmin.view import pictures, refused
 from peakmin.view.style import RED
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
@@ -124,7 +124,7 @@ def test_examples_are_drawn_whole_and_as_they_are(path):
     data = json.loads(path.read_text())
     if "maneuver" not in data:
         pytest.skip("a study")
-    ax = sketches.task(spec_of(data).task)
+    ax = pictures.problem(spec_of(data).task)
     beside = refused.sketch(data, "")
     shapes = [sorted(len(one.get_xy()) for one in each.patches) for each in (ax, beside)]
     plt.close("all")
