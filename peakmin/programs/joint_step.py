@@ -2,17 +2,17 @@
 
 In scaled units (duration 1, lengths by the arm, torques by mass size^2 / T^2), about a motion (q, v, a) known at nodes,
 
-    minimise  M + mu sum(slack)   subject to
+    minimise  M + mu sum(slack) + nu (sum |dv_k|^2 + |da_k|^2) / N   subject to
     |u + du| <= M at both ends and the middle of every hold,
     tau + dtau within +- (1 + slack) limit there,   distance + ddistance >= room - slack in the middle,
     q_k, q_k + h v_k / 2 within limits (the control points of its parabolas),   v_k, a_k within limits,
     |dq_k| <= trust,
     q_{k+1} = q_k + h v_k + h^2 a_k / 2,   v_{k+1} = v_k + h a_k,   both ends given, at rest
 
-with a slack for all torques and one for all distances of a hold (a slack of its own for each would make the program
+with nu so small that of steps which promise the same the calmest is taken, a slack for all torques and one for all distances of a hold (a slack of its own for each would make the program
 ten times as large), or, once a peak is known that may be taken,
 
-    minimise  m + mu sum(slack)   subject to the same with M a number, + slack, and |tau_1 + dtau_1| <= m,
+    minimise  m + mu sum(slack) + nu (...)   subject to the same with M a number, + slack, and |tau_1 + dtau_1| <= m,
 
 with du, dtau, ddistance linear in dq, dv, da of their hold: parameters, as the limits are, so that only numbers change
 from step to step and from start to start.
@@ -103,7 +103,7 @@ class JointStep:
         self._least = cp.Variable()
         self._peak = cp.Parameter(nonneg=True) if moment else self._least
         self._known = [cp.Parameter((N + 1, n)), cp.Parameter((N + 1, n)), cp.Parameter((N, n))]
-        self._trust, self._cost = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True)
+        self._trust, self._cost, self._calm = (cp.Parameter(nonneg=True) for _ in range(3))
         q, v, a = (x + known for x, known in zip((self._q, self._v, self._a), self._known, strict=True))
 
         # what is linear about the motion before: values and slopes by a hold's own dq, dv, da
@@ -140,7 +140,9 @@ class JointStep:
         sides = cp.vstack([cp.hstack(u[k::dimension]) for k in range(dimension)])
         rules = [cp.hstack(same) == 0, cp.hstack(kept) >= 0, cp.SOC(peak, sides, axis=0)]
         missing = sum(cp.sum(slack) for slack in slacks)
-        self._problem = cp.Problem(cp.Minimize(self._least + self._cost * missing), rules)
+        self._promised = self._least + self._cost * missing
+        calm = self._calm * (cp.sum_squares(self._a) + cp.sum_squares(self._v)) / N
+        self._problem = cp.Problem(cp.Minimize(self._promised + calm), rules)
 
     def solve(
         self,
@@ -151,11 +153,13 @@ class JointStep:
         cost: float,
         until: float = math.inf,
         peak: float = math.inf,
+        calm: float = 0.0,
     ) -> tuple[Array, float] | None:
         """The accelerations (N, n) of the next motion and the cost that it is promised to have; None where the solver
         finds none.
 
         Args:
+            trust, cost, calm: the trust region [rad], mu and nu;  until: a deadline.
             peak: that may be taken, where the base moment is made least.
         """
         every = (limits.low, limits.high, limits.speed, limits.acceleration, limits.torque)
@@ -163,7 +167,7 @@ class JointStep:
             bound.value = value[None, some]
         for parameter, value in zip(self._known, known, strict=True):
             parameter.value = value
-        self._trust.value, self._cost.value = trust, cost
+        self._trust.value, self._cost.value, self._calm.value = trust, cost, calm
         if self._moment:
             self._peak.value = peak
         some, n3 = self._limited, about.u_by.shape[-1]
@@ -188,6 +192,6 @@ class JointStep:
                 self._problem.solve(solver="CLARABEL", **ROUGH | options_of("CLARABEL", until))
         except (cp.SolverError, ValueError, ArithmeticError):
             return None
-        if self._a.value is None or self._problem.value is None or not np.all(np.isfinite(self._a.value)):
+        if self._a.value is None or self._promised.value is None or not np.all(np.isfinite(self._a.value)):
             return None
-        return known[2] + self._a.value, float(self._problem.value)
+        return known[2] + self._a.value, float(self._promised.value)

@@ -29,6 +29,7 @@ from ..types import Array
 
 TRUST, MOST_TRUST, LEAST_TRUST = 0.4, 2.0, 1e-5  # rad
 STEPS = 60  # programs for one start
+CALM = 3e-5  # of the peak: what changes of speeds and accelerations cost, squared, so that idle joints stay calm
 ENOUGH = 1e-4  # relative: a promised gain below which a motion is as good as it gets
 COST = 20.0  # of what is not kept, relative to the peak
 NEAREST = 6  # convex pieces that every link is kept from
@@ -197,7 +198,8 @@ class JointSearch:
                 break
             q, v = self.states(begin, held)
             self.count += 1
-            step = self._program.solve((q, v, held), about, self._scaled, trust, cost, self.until, allowed)
+            calm, known = CALM * least, (q, v, held)
+            step = self._program.solve(known, about, self._scaled, trust, cost, self.until, allowed, calm)
             if step is None:
                 trust *= 0.4
                 continue
