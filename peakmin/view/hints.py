@@ -10,7 +10,7 @@ from ..plan.plan import Plan
 from ..spec.arm import ArmManeuver
 from ..spec.control_set import Disc
 from ..spec.maneuver import Maneuver
-from ..spec.settings import SOLVERS, Direct, GlobalSearch, Settings
+from ..spec.settings import SOLVERS, Direct, Exact, GlobalSearch, Settings
 from ..spec.task import Task
 from .kinds import kind_of
 from .sentences import line
@@ -32,6 +32,8 @@ def advice(plan: Plan) -> list[str]:
     limit, bound, kind = plan.maneuver.max_peak, f"{plan.lower_bound:.6g} m/s²", kind_of(plan)
     where = "" if plan.scope == "all" else " at these obstacle times"
     if plan.trajectory is None:
+        if few := _too_few_holds(plan, bound):
+            return few
         what = f"whether there is a control and how small its peak is{where}: none was found; none is below {bound}"
         return [what, *_more_time(plan), *_other_program(plan.settings), *_all_times(plan)]
     if limit is not None and plan.peak > limit:
@@ -107,6 +109,15 @@ def _other_program(settings: Settings) -> list[str]:
     if not isinstance(settings.method, Direct):
         out.append(f"method direct, in place of {settings.method.kind}")
     return [*out, f"another number of steps: {settings.grid.steps} now"]
+
+
+def _too_few_holds(plan: Plan, bound: str) -> list[str]:
+    """Of a control past q walls on fewer than q + 2 holds: one for each segment, and one more to stop at the goal."""
+    steps, least = plan.settings.grid.steps, len(plan.crossing.walls) + 2
+    if isinstance(plan.maneuver, ArmManeuver) or isinstance(plan.settings.method, Exact) or steps >= least:
+        return []
+    none = "no control on these holds" if steps < least - 1 else "no control was found on these holds"
+    return [f"{none}, {steps} in {least - 1} segments; none is below {bound}", f"steps: at least {least} here"]
 
 
 def _all_times(plan: Plan) -> list[str]:
