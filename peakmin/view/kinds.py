@@ -10,7 +10,15 @@ from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
 from . import sentences
 from .animation import Scene, arm_scene, point_scene
-from .curves import base_force, control_size, joint_angles, peak_over_contact
+from .curves import (
+    base_force,
+    control_size,
+    joint_accelerations,
+    joint_angles,
+    joint_speeds,
+    joint_torques,
+    peak_over_contact,
+)
 from .paths import arm_path, path, poses
 
 if TYPE_CHECKING:
@@ -44,7 +52,8 @@ class Kind(Generic[P]):
 
 
 def _alone(plan: ArmPlan) -> dict[str, Callable[[ArmPlan, Axes], Axes]]:
-    drawn = {"poses": poses, "joint_angles": joint_angles, "path": arm_path, "base_force": base_force}
+    joints = (joint_angles, joint_speeds, joint_accelerations, joint_torques)
+    drawn = {"poses": poses, **{draw.__name__: draw for draw in joints}, "path": arm_path, "base_force": base_force}
     one = len(plan.crossing.walls) == 1 and not plan.elbow_changes
     return {**drawn, **({"peak_over_time": peak_over_contact} if one else {})}
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
 from ..plan.verify import verify
 from .pictures import figures
@@ -28,6 +29,14 @@ class Row(NamedTuple):
     unit: str
 
 
+class Beside(NamedTuple):
+    """What a motion does at most, and the limit that it has; whether that is stated, or counts where none is."""
+
+    most: str
+    limit: str
+    stated: bool = True
+
+
 def page(plan: Plan, title: str = "peakmin") -> str:
     """The page as HTML text.
 
@@ -44,6 +53,8 @@ def page(plan: Plan, title: str = "peakmin") -> str:
         title=title,
         plan=plan,
         rows=_rows(plan),
+        joints=_joints(plan) if isinstance(plan, ArmPlan) else [],
+        base=_base(plan) if isinstance(plan, ArmPlan) else [],
         why=plan.explanation,
         words=describe(plan),
         pictures={name.replace("_", " "): base64.b64encode(png(figure)).decode() for name, figure in drawn.items()},
@@ -77,3 +88,32 @@ def _rows(plan: Plan) -> list[Row]:
     if math.isfinite(plan.clearance):
         rows.append(Row("clearance", "clearance at every instant", f"{plan.clearance:.6g}", "m"))
     return [row for row in rows if row.number != "inf" or row.key == "lower_bound"]
+
+
+def _joints(plan: ArmPlan) -> list[list[Beside]]:
+    """Of every joint its range of angles, speed, acceleration and torque, each beside its limit."""
+    found, may = plan.extremes, plan.allowed
+    if found is None or may is None:
+        return []
+    rows = []
+    for k, link in enumerate(plan.maneuver.arm.links):
+        limits = "none" if link.limits is None else f"{link.limits[0]:.4g} to {link.limits[1]:.4g}"
+        row = [Beside(f"{found.low[k]:.4g} to {found.high[k]:.4g}", limits, link.limits is not None)]
+        for name in ("speed", "acceleration", "torque"):
+            stated = getattr(link, f"max_{name}") is not None
+            row.append(Beside(f"{getattr(found, name)[k]:.4g}", f"{getattr(may, name)[k]:.4g}", stated))
+        rows.append(row)
+    return rows
+
+
+def _base(plan: ArmPlan) -> list[tuple[str, str, Beside]]:
+    """What the base feels at most, each with its unit, beside what max_peak and max_moment let it feel."""
+    if plan.extremes is None:
+        return []
+    asked = plan.maneuver
+    force = None if asked.max_peak is None else plan.crossing.mass * asked.max_peak
+    both = (("base force", "N", plan.peak_force, force), ("base moment", "N m", plan.peak_moment, asked.max_moment))
+    return [
+        (name, unit, Beside(f"{most:.4g}", "none" if limit is None else f"{limit:.4g}", limit is not None))
+        for name, unit, most, limit in both
+    ]

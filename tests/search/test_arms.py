@@ -417,9 +417,12 @@ def test_a_file_gives_the_plan_back(two_link):
     assert pm.verify(two_link.to_json()).passed
 
 
+JOINTS = {f"joint_{what}" for what in ("angles", "speeds", "accelerations", "torques")}
+
+
 def test_figures_and_animation(two_link):
     drawn = pictures.figures(two_link)
-    assert set(drawn) == {"plan", "poses", "joint_angles", "path", "base_force", "peak_over_time"}
+    assert set(drawn) == {"plan", "poses", *JOINTS, "path", "base_force", "peak_over_time"}
     for figure in drawn.values():
         assert all(ax.get_xlabel() and ax.get_ylabel() for ax in figure.axes)
     assert pictures.animate(two_link, frames=3)[:6] == b"GIF89a"
