@@ -101,9 +101,13 @@ def _joints(plan: ArmPlan) -> list[list[Beside]]:
         row = [Beside(f"{found.low[k]:.4g} to {found.high[k]:.4g}", limits, link.limits is not None)]
         for name in ("speed", "acceleration", "torque"):
             stated = getattr(link, f"max_{name}") is not None
-            row.append(Beside(f"{getattr(found, name)[k]:.4g}", f"{getattr(may, name)[k]:.4g}", stated))
+            row.append(Beside(_most(getattr(found, name)[k]), f"{getattr(may, name)[k]:.4g}", stated))
         rows.append(row)
     return rows
+
+
+def _most(size: float) -> str:
+    return f"{size:.4g}" if math.isfinite(size) else "not bounded"
 
 
 def _base(plan: ArmPlan) -> list[tuple[str, str, Beside]]:
@@ -114,6 +118,6 @@ def _base(plan: ArmPlan) -> list[tuple[str, str, Beside]]:
     force = None if asked.max_peak is None else plan.crossing.mass * asked.max_peak
     both = (("base force", "N", plan.peak_force, force), ("base moment", "N m", plan.peak_moment, asked.max_moment))
     return [
-        (name, unit, Beside(f"{most:.4g}", "none" if limit is None else f"{limit:.4g}", limit is not None))
+        (name, unit, Beside(_most(most), "none" if limit is None else f"{limit:.4g}", limit is not None))
         for name, unit, most, limit in both
     ]
