@@ -62,7 +62,8 @@ def test_the_page_says_what_the_plan_says():
 
 def table_of(text, key):
     """The rows of a table by their first cell."""
-    rows = re.findall(r"<tr><th>([^<]+)</th>(.*?)</tr>", re.search(rf'<table id="{key}".*?>(.*?)</table>', text, re.S)[1])
+    table = re.search(rf'<table id="{key}".*?>(.*?)</table>', text, re.S)[1]
+    rows = re.findall(r"<tr><th>([^<]+)</th>(.*?)</tr>", table)
     return {name: re.findall(r"<td[^>]*>(.*?)</td>", cells) for name, cells in rows}
 
 
