@@ -1,4 +1,4 @@
-"""The terminal: `peakmin solve | explain | sweep | budget | study | compare | simulate | verify | export | ...`.
+"""The terminal: `peakmin solve | explain | shortest | sweep | budget | study | compare | simulate | verify | ...`.
 
 Results go to stdout, progress and errors to stderr.
 
@@ -33,12 +33,14 @@ from .plan.verify import verify
 from .queries.budget import error_budget
 from .queries.compare import compare, table
 from .queries.explain import explained
+from .queries.shortest import shortest
 from .queries.simulate import simulate
 from .queries.study.study import study
 from .queries.study.table import KINDS as TABLES
 from .search.solve import solve
 from .search.sweep import sweep
 from .spec.reading import called, load, named, of_kind, read_file
+from .spec.settings import GlobalSearch
 from .spec.spec import AnySpec, ArmSpec, Spec, read_spec, schema, spec_of
 from .spec.study import StudySpec
 from .view import curves, output, pictures, refused, words
@@ -109,6 +111,7 @@ def solve_command(
 @only_answers()
 def show_command(
     spec: SpecFile,
+    as_json: Json = False,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="The picture, .png; default named as the spec, here.")
     ] = None,
@@ -125,10 +128,10 @@ def show_command(
             asked = spec_of(data)
         except SpecError as error:
             output.write_figure(partial(refused.sketch, data, words.one_line(str(error))), target, DRAWN)
-            _say_where(False, target)
+            _say_wrote(as_json, target)
             raise
     output.write_figure(partial(pictures.problem, asked.task), target, DRAWN)
-    _say_where(False, target)
+    _say_wrote(as_json, target)
 
 
 @app.command("explain")
@@ -147,13 +150,35 @@ def explain_command(spec: SpecFile, as_json: Json = False) -> None:
     _end(plan.status, stopped, words.so_far(plan))
 
 
+@app.command("shortest")
+@only_answers()
+def shortest_command(
+    spec: SpecFile,
+    peak: Annotated[float, typer.Option(help="Bound on the acceleration [m/s²].")],
+    as_json: Json = False,
+    out: Out = None,
+) -> None:
+    """The least duration for a given peak, past walls; the spec's own duration does not matter."""
+    asked = _of_a_point(spec, "shortest")
+    files.ready(out)
+    search = asked.settings.search if isinstance(asked.settings.search, GlobalSearch) else GlobalSearch()
+    with output.bar("shortest"):
+        found = shortest(asked.maneuver, peak, search.gap, asked.settings.node_limit)
+    if out:
+        output.write_plan(found.plan, out)
+        files.write(out / "shortest.json", found.to_json(indent=2) + "\n")
+    answer(found.to_json(indent=2) if as_json else words.least_duration(found))
+    _say_where(as_json, out)
+    raise typer.Exit(EXIT[found.plan.status])
+
+
 @app.command("compare")
 @only_answers()
 def compare_command(spec: SpecFile, as_json: Json = False) -> None:
     """An arm's least peak beside the same move by joint quintics, minimum jerk and a smooth path."""
     asked = read_spec(spec)
     if asked.task.kind != "arm":
-        raise SpecError("arm: was missing, must be given for `compare`")
+        raise SpecError(f"{called(spec)}: was a spec of a centre of mass, must be one of an arm for `compare`")
     plan = _solved(asked, "compare")
     if plan.trajectory is None:
         raise PeakminError("compare: was a task without a free motion, must have one")
@@ -192,7 +217,7 @@ def simulate_command(plan: PlanFile, as_json: Json = False) -> None:
 @only_answers()
 def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
     """The least M at every obstacle time of a sweep (the paper's outer loop)."""
-    asked = Spec.read(spec)
+    asked = _of_a_point(spec, "sweep")
     files.ready(out)
     with ended_by_interrupt() as stopped, output.bar("sweep", stopped) as progress:
         found = sweep(asked.maneuver, asked.settings, progress=progress, stopped=stopped)
@@ -211,7 +236,7 @@ def sweep_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> Non
 @only_answers()
 def budget_command(spec: SpecFile, as_json: Json = False, out: Out = None) -> None:
     """What the polygon, the grid, the tolerance and the obstacle times each cost, adding up to the whole error."""
-    asked = Spec.read(spec)
+    asked = _of_a_point(spec, "budget")
     files.ready(out)
     errors = error_budget(asked.maneuver, asked.settings)
     if out:
@@ -275,11 +300,14 @@ def verify_command(plan: PlanFile, as_json: Json = False) -> None:
 @only_answers()
 def export_command(
     plan: PlanFile,
+    as_json: Json = False,
     form: Annotated[Literal["csv", "joint_trajectory"], typer.Option("--format", help="Of what is written.")] = "csv",
     rate: Annotated[float | None, typer.Option(help="Rows a second; default a row for each node.")] = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write it there, not to stdout.")] = None,
 ) -> None:
     """A plan's motion for a controller, once the file is verified: CSV, or ROS's JointTrajectory as JSON."""
+    if as_json and out is None and form == "csv":
+        raise SpecError("--json: was given for csv, must come with --out, or with --format joint_trajectory")
     files.ready_for(out)
     with named(plan):
         text = read_file(plan)
@@ -292,13 +320,14 @@ def export_command(
         answer(made, end="")
     else:
         files.write(out, made)
-        _say_where(False, out)
+        _say_wrote(as_json, out)
 
 
 @app.command("paper")
 @only_answers()
 def paper_command(as_json: Json = False, out: Out = Path("out")) -> None:
     """Table 1 and the figures of the paper, computed anew; exit status 1 if a printed digit differs."""
+    files.ready(out)
     with output.bar("paper") as progress:
         result = paper.compute(progress)
     output.headless()
@@ -318,11 +347,20 @@ def schema_command(
     of_arm: Annotated[bool, typer.Option("--arm", help="Of a spec file with an arm.")] = False,
     of_study: Annotated[bool, typer.Option("--study", help="Of a study file.")] = False,
     of_plan: Annotated[bool, typer.Option("--plan", help="Of a plan file.")] = False,
+    _: Json = False,
 ) -> None:
     """The JSON Schema of a spec file."""
     kinds = ((of_plan, plan_schema), (of_study, StudySpec.model_json_schema), (of_arm, ArmSpec.model_json_schema))
     made = next((made for wanted, made in kinds if wanted), schema)
     answer(_json(made()))
+
+
+def _of_a_point(path: Path, verb: str) -> Spec:
+    """The spec of a file for a verb that is of a centre of mass only. Raises `SpecError` for an arm's."""
+    asked = read_spec(path)
+    if not isinstance(asked, Spec):
+        raise SpecError(f"{called(path)}: was a spec of an arm, must be one of a centre of mass for `{verb}`")
+    return asked
 
 
 def _solved(asked: AnySpec, name: str, stopped: threading.Event | None = None) -> Plan:
@@ -348,6 +386,14 @@ def _say_where(as_json: bool, *places: Path | None) -> None:
     """Under an answer, where its files are."""
     if any(places) and not as_json:
         answer("wrote " + ", ".join(words.one_line(str(place)) for place in places if place))
+
+
+def _say_wrote(as_json: bool, file: Path) -> None:
+    """Of a verb whose answer is a file."""
+    if as_json:
+        answer(_json({"wrote": [str(file)]}))
+    else:
+        _say_where(as_json, file)
 
 
 def _end(status: Status, stopped: threading.Event, so_far: str) -> NoReturn:

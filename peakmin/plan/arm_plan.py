@@ -18,10 +18,10 @@ from ..robots.extremes import Extremes, extremes
 from ..robots.joint_motion import JointMotion
 from ..robots.joints import JointPath, base_moment, torques
 from ..robots.link_clearance import LinkClearance, link_clearance
-from ..robots.workspace import Contact
+from ..robots.workspace import Contact, Workspace
 from ..scenes.arm_proof import ArmProof
 from ..scenes.kept import Kept
-from ..scenes.kinds import ArmKept, ArmScene, beyond_limits, scene_of
+from ..scenes.kinds import Allowed, ArmKept, ArmScene, allowed, beyond_limits, scene_of
 from ..scenes.passages import Passage
 from ..spec.arm import ArmManeuver, ArmTask
 from ..spec.settings import Settings
@@ -46,6 +46,7 @@ from .older import read_as
 from .plan import Plan
 
 NEAR = 1e-3  # of the arm: how close to the margin counts as a contact
+LOOKS = 1000  # at a motion, for links that pass over one another
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -209,6 +210,27 @@ class ArmPlan(Plan):
         return kept.extremes if isinstance(kept, ArmKept) else extremes(self.joints)
 
     @property
+    def allowed(self) -> Allowed | None:
+        """What the joints may do: their limits, or what counts where the arm states none; None without a motion."""
+        path = self.joints
+        return None if path is None else allowed(self.maneuver, path.angles(0.0), path.angles(path.duration))
+
+    @cached_property
+    def passing_over(self) -> list[tuple[int, int, float]]:
+        """Links i < j, counted from 0, that share no joint and pass over one another, and the middle of the first time
+        [s] that they do; of an arm without a `self_margin`.
+        """
+        if self.joints is None or self.maneuver.arm.self_margin is not None:
+            return []
+        alone, t = Workspace(self.joints.chain, (), 0.0, 0.0), np.linspace(0, self.joints.duration, LOOKS + 1)
+        out = []
+        for (i, j), over in zip(alone.pairs, (alone.apart(self.joints.absolute(t)) <= 0).T, strict=True):
+            if np.any(over):
+                first = int(np.argmax(over))
+                out.append((i, j, float(t[first] + t[first + int(np.argmin([*over[first:], False])) - 1]) / 2))
+        return out
+
+    @property
     def peak_moment(self) -> float:
         """The largest moment that the base feels at any instant [N m]; infinite where it is not bounded."""
         return np.inf if self.extremes is None else self.extremes.moment
@@ -302,15 +324,15 @@ class ArmPlan(Plan):
         return read_as(ArmDocument, cls.stated_by, text)
 
     def to_csv(self, rate: float | None = None) -> str:
-        """Text: rows t, joint angles, speeds, torques, centre of mass, base force and moment [SI].
+        """Text: rows t, joint angles, speeds, accelerations, torques, centre of mass, base force and moment [SI].
 
         Args:
             rate: as of `instants`, which the rows are at.
         """
         t, n = self.instants(rate), len(self.maneuver.arm.links)
-        rates = np.diff(self._path().rates(t)[1], axis=-1, prepend=0.0)
-        columns = [t, self.angles(t), rates, self.torques(t), self.position(t), self.base_force(t), self.base_moment(t)]
-        names = [f"{name}{k + 1}" for name in ("q", "dq", "tau") for k in range(n)]
+        joints = [self.angles(t), *(np.diff(x, axis=-1, prepend=0.0) for x in self._path().rates(t)[1:])]
+        columns = [t, *joints, self.torques(t), self.position(t), self.base_force(t), self.base_moment(t)]
+        names = [f"{name}{k + 1}" for name in ("q", "dq", "ddq", "tau") for k in range(n)]
         return csv_text(["t", *names, "x", "y", "fx", "fy", "moment"], np.column_stack(columns).tolist())
 
     def __repr__(self) -> str:

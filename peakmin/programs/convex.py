@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -11,4 +12,17 @@ else:
 
     cp = lazy_loader.load("cvxpy")
 
-__all__ = ["cp"]
+__all__ = ["cp", "silence_highs"]
+
+
+@cache
+def silence_highs() -> None:
+    """Make HiGHS's first instance one that is silent: that one prints HiGHS's name, before cvxpy says it is not to."""
+    from highspy import Highs
+
+    class Silent(Highs):
+        def enableCallbacks(self) -> None:  # what prints it
+            self.setOptionValue("log_to_console", False)
+            super().enableCallbacks()  # type: ignore[no-untyped-call]
+
+    Silent()  # type: ignore[no-untyped-call]

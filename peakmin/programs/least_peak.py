@@ -52,7 +52,8 @@ class LeastPeak:
     def place(self, times: Array) -> Array:
         """The obstacle times [scaled] that the grid makes of these [s], shape (q,)."""
         scaled = np.asarray(times, dtype=float) / self.mass.time
-        return scaled if isinstance(self.settings.method, Exact) else self.settings.grid.place(scaled)
+        exact = isinstance(self.settings.method, Exact)
+        return scaled if exact or self._too_few else self.settings.grid.place(scaled)
 
     def __call__(self, times: Array) -> Bracket:
         """The bracket [scaled] at these obstacle times [s], shape (q,)."""
@@ -68,8 +69,15 @@ class LeastPeak:
             self._known[key] = bracket
         return self._known[key]
 
+    @property
+    def _too_few(self) -> bool:
+        """Whether the holds are so few that a segment between obstacle times has none."""
+        return self.settings.grid.steps <= self.mass.walls
+
     def _asked(self, times: Array) -> Bracket:
-        """The bracket by a program."""
+        """The bracket by a program; without one where there are too few holds for a control."""
+        if self._too_few:
+            return Bracket(multipliers=np.zeros((2 + self.mass.walls, self.mass.dimension)))
         if isinstance(self.settings.method, Bisection):
             feasibility = self._programs.take(FeasibilityProgram, *self._arguments, self.count)
             return bisect(feasibility, times, self.settings, self._hint, self.until)

@@ -35,7 +35,7 @@ from ..spec.control_set import Disc, Polygon
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Aligned, Uniform
 from ..types import Array, Json
-from .convex import cp
+from .convex import cp, silence_highs
 
 # Tighter than the solvers' defaults: the proofs take what accuracy there is and a bracket shows what is missing.
 OPTIONS: dict[str, Json] = {
@@ -238,6 +238,8 @@ class _Program(ABC):
         self.count.solves += 1
         options = options_of(solver, until)
         solver = solver.split()[0]
+        if solver == "HIGHS":
+            silence_highs()
         if solver not in self._per_solver:  # a cvxpy problem keeps what it compiled for its last solver only
             fresh = cp.Problem(self.problem.objective, self.problem.constraints)
             self._per_solver[solver] = fresh if self._per_solver else self.problem

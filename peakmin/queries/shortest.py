@@ -15,6 +15,7 @@ the least D itself, so D -> 1/z climbs to it from below, and a box of x has a bo
 from __future__ import annotations
 
 import itertools
+import json
 import math
 from dataclasses import dataclass
 
@@ -33,7 +34,7 @@ from ..search.solve import solve
 from ..spec.maneuver import Maneuver, walls_only
 from ..spec.settings import Exact, GlobalSearch, Settings
 from ..spec.spec import refuse_other
-from ..types import Array
+from ..types import Array, Json
 
 CLIMBS = 60  # steps of D -> 1/z; they converge quadratically
 START = 1e-6  # of the maneuver's own duration: where the climb begins where speeds do not say
@@ -53,9 +54,12 @@ class ShareBox:
 class Shortest:
     """duration: in which `plan` keeps the peak [s];  lower_bound: no maneuver of that peak is shorter [s].
 
+    peak: what was asked for [m/s^2].
+
     leaves: boxes of the shares T_i/D that cover all ordered ones, with the multipliers that prove the bound.
     """
 
+    peak: float
     duration: float
     lower_bound: float
     plan: Plan
@@ -66,6 +70,15 @@ class Shortest:
     def gap(self) -> float:
         """(duration - lower_bound) / duration."""
         return (self.duration - self.lower_bound) / self.duration if self.duration else 0.0
+
+    def document(self) -> Json:
+        """The answer as plain JSON data."""
+        own = {name: getattr(self, name) for name in ("peak", "duration", "lower_bound", "gap", "nodes")}
+        return {"version": 1, "status": self.plan.status, **own, "plan": self.plan.document()}
+
+    def to_json(self, *, indent: int | None = None) -> str:
+        """The answer as one JSON document."""
+        return json.dumps(self.document(), indent=indent, allow_nan=False)
 
     def __repr__(self) -> str:
         return f"Shortest(duration={self.duration:.9g}, lower_bound={self.lower_bound:.9g}, plan={self.plan})"
@@ -92,7 +105,7 @@ def shortest(maneuver: Maneuver, peak: float, gap: float = 1e-6, node_limit: int
     lower = min(_ruled_out(search.units, box, peak) for box in leaves)
     asked = maneuver.model_copy(update={"duration": search.duration, "max_peak": None})
     plan = solve(asked, Settings(method=Exact(), search=GlobalSearch(gap=min(gap, 1e-6))))
-    return Shortest(search.duration, min(lower, search.duration), plan, leaves, search.nodes)
+    return Shortest(peak, search.duration, min(lower, search.duration), plan, leaves, search.nodes)
 
 
 def _refuse(maneuver: Maneuver, peak: float) -> None:

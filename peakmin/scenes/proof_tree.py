@@ -79,4 +79,4 @@ def leaves_bound(past: Maneuver | None, leaves: tuple[Leaf, ...]) -> float:
     if past is None:
         return math.inf
     mass = PointMass.of(past)
-    return global_bound(mass, leaves) * mass.unit
+    return float(global_bound(mass, leaves) * mass.unit)

@@ -16,7 +16,7 @@ from ..proofs.extremal import extremal
 from ..queries.budget import ErrorBudget
 from ..search.sweep import Sweep
 from ..types import Array
-from .style import BELOW, BLACK, BLUE, COLORS, DASHES, GREEN, INSTANT, MARK, ORANGE, PINK, Look, axes_of
+from .style import BELOW, BLACK, BLUE, COLORS, DASHES, GREEN, INSTANT, MARK, ORANGE, PINK, RED, Look, axes_of
 
 if TYPE_CHECKING:
     from .pyplot import Axes
@@ -31,6 +31,8 @@ BOUND: Look = {
     "marker": 6,  # a triangle below the point, which it touches
     "markersize": 7,
 }
+LIMIT: Look = {"linestyle": (0, (7, 5)), "linewidth": 0.9}
+INSTANTS = 1201  # of a curve
 
 
 def control(plan: Plan, axis: int = 0, ax: Axes | None = None, label: str | None = None, dashes: str = "-") -> Axes:
@@ -79,22 +81,75 @@ def _over_time(ax: Axes, plan: Plan, of: Callable[[Array], Array], **look: objec
     """Something of the acceleration: steps for holds, a line for a continuous control."""
     t, holds = plan.times, isinstance(plan.trajectory, HoldTrajectory)
     if not holds:
-        t = np.linspace(0, plan.maneuver.duration, 1201)
+        t = np.linspace(0, plan.maneuver.duration, INSTANTS)
     drawn: Look = {"drawstyle": "steps-post" if holds else "default", "linewidth": 1.4, "zorder": 3, **look}
     ax.plot(t, of(plan.acceleration(t)), **drawn)
 
 
 def joint_angles(plan: ArmPlan, ax: Axes | None = None) -> Axes:
-    """All joint angles over time (the paper's figure 10)."""
-    ax = axes_of(ax)
-    t = np.linspace(0, plan.maneuver.duration, 600)
-    for k, column in enumerate(plan.angles(t).T):
-        ax.plot(t, column, color=COLORS[k % 5], linestyle=DASHES[k % 5], label=f"joint {k + 1}")
+    """All joint angles over time (the paper's figure 10), beside their limits."""
+    ax = _of_joints(ax, plan, plan.angles, "angle [rad]", [link.limits for link in plan.maneuver.arm.links])
     for k, at in enumerate(plan.elbow_changes):
         ax.axvline(at, label=None if k else "elbow turns over", **INSTANT)
-    ax.set(xlabel="t [s]", ylabel="joint angle [rad]")
-    ax.legend()
+    ax.legend(ncols=2, **BELOW)
     return ax
+
+
+def joint_speeds(plan: ArmPlan, ax: Axes | None = None) -> Axes:
+    """All joint speeds over time, beside their limits."""
+    most = [_to_either_side(link.max_speed) for link in plan.maneuver.arm.links]
+    return _of_joints(ax, plan, plan.joint_velocities, "speed [rad/s]", most)
+
+
+def joint_accelerations(plan: ArmPlan, ax: Axes | None = None) -> Axes:
+    """All joint accelerations over time, beside their limits."""
+    most = [_to_either_side(link.max_acceleration) for link in plan.maneuver.arm.links]
+    return _of_joints(ax, plan, plan.joint_accelerations, "acceleration [rad/s²]", most)
+
+
+def joint_torques(plan: ArmPlan, ax: Axes | None = None) -> Axes:
+    """All joint torques over time, beside their limits; the first is the base moment, with the task's own limit."""
+    asked, t = plan.maneuver, np.linspace(0, plan.maneuver.duration, INSTANTS)
+    limits = [_to_either_side(link.max_torque) for link in asked.arm.links]
+    ax = _of_joints(ax, plan, plan.torques, "torque [N m]", limits)
+    if asked.max_moment is not None:
+        with np.errstate(all="ignore"):
+            _limits(ax, _to_either_side(asked.max_moment), plan.torques(t), RED)
+        ax.plot([], [], label=f"base moment (joint 1), limit ±{asked.max_moment:.4g}", color=RED, **LIMIT)
+        ax.legend(ncols=2, **BELOW)
+    return ax
+
+
+Ends = tuple[float, float] | None
+
+
+def _to_either_side(most: float | None) -> Ends:
+    return None if most is None else (-most, most)
+
+
+def _of_joints(ax: Axes | None, plan: ArmPlan, of: Callable[[Array], Array], what: str, limits: Sequence[Ends]) -> Axes:
+    """Something of every joint over time, and its limits."""
+    ax, t = axes_of(ax), np.linspace(0, plan.maneuver.duration, INSTANTS)
+    with np.errstate(all="ignore"):  # near singular postures joints have no bounded speeds
+        every = of(t)
+    for k, (column, ends) in enumerate(zip(every.T, limits, strict=True)):
+        look: Look = {"color": COLORS[k % 5], "linestyle": DASHES[k % 5]}
+        said = "" if ends is None else f", limits {ends[0]:.4g} to {ends[1]:.4g}"
+        said = f", limit ±{ends[1]:.4g}" if ends is not None and ends[0] == -ends[1] else said
+        ax.plot(t, column, label=f"joint {k + 1}{said}", **look)
+        _limits(ax, ends, every, COLORS[k % 5])
+    ax.set(xlabel="t [s]", ylabel=f"joint {what}")
+    ax.legend(ncols=2, **BELOW)
+    return ax
+
+
+def _limits(ax: Axes, ends: Ends, curves: Array, color: str) -> None:
+    """Dashed lines, where they are no further from all curves than these span: what is further would flatten them."""
+    seen = curves[np.isfinite(curves)]
+    low, high = np.min(seen, initial=0.0), np.max(seen, initial=0.0)
+    for end in ends or ():
+        if 2 * low - high <= end <= 2 * high - low:
+            ax.axhline(end, color=color, **LIMIT)
 
 
 def peak_over_time(sweep: Sweep, ax: Axes | None = None, label: str | None = None) -> Axes:

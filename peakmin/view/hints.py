@@ -22,6 +22,8 @@ def advice(plan: Plan) -> list[str]:
     limit, bound, kind = plan.maneuver.max_peak, f"{plan.lower_bound:.6g} m/s²", kind_of(plan)
     where = "" if plan.scope == "all" else " at these obstacle times"
     if plan.trajectory is None:
+        if few := kind.holds(plan):
+            return few
         what = f"whether there is a control and how small its peak is{where}: none was found; none is below {bound}"
         return [what, *_more_time(plan), *_other_program(plan.settings), *_all_times(plan)]
     if limit is not None and plan.peak > limit:

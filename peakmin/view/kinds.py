@@ -11,7 +11,16 @@ from ..plan.plan import Plan
 from ..spec.task import Task
 from . import sentences, sketches
 from .animation import Scene, arm_scene, point_scene
-from .curves import base_force, control_size, joint_angles, peak_over_contact
+from .beside import Tables, tables
+from .curves import (
+    base_force,
+    control_size,
+    joint_accelerations,
+    joint_angles,
+    joint_speeds,
+    joint_torques,
+    peak_over_contact,
+)
 from .paths import arm_path, path, poses
 
 if TYPE_CHECKING:
@@ -26,7 +35,8 @@ class Kind(Generic[P]):
 
     problem: the picture of a task;  units: numbers of it that may be meant in others.
     bounded: of what its lower bound is one;  made: how it was made;  facts: lines under its answer;
-    tries: other questions that may help;  finer: settings that may.
+    tries: other questions that may help;  finer: settings that may;  holds: what a control has too few of.
+    beside: the report's tables of what it does at most.
     place: the picture that needs no motion;  panels: those beside it in the overview;  alone: those by themselves, by
     the names of their files;  scene: what moves in its animation.
     film: the animation's file;  filmed: whether the terminal makes it unless told otherwise.
@@ -39,6 +49,8 @@ class Kind(Generic[P]):
     facts: Callable[[P], list[str]]
     tries: Callable[[P], list[str]]
     finer: Callable[[P], list[str]]
+    holds: Callable[[P], list[str]]
+    beside: Callable[[P], Tables]
     place: Callable[[P, Axes], Axes]
     panels: tuple[Callable[[P, Axes], Axes], ...]
     alone: Callable[[P], dict[str, Callable[[P, Axes], Axes]]]
@@ -48,7 +60,8 @@ class Kind(Generic[P]):
 
 
 def _alone(plan: ArmPlan) -> dict[str, Callable[[ArmPlan, Axes], Axes]]:
-    drawn = {"poses": poses, "joint_angles": joint_angles, "path": arm_path, "base_force": base_force}
+    joints = (joint_angles, joint_speeds, joint_accelerations, joint_torques)
+    drawn = {"poses": poses, **{draw.__name__: draw for draw in joints}, "path": arm_path, "base_force": base_force}
     one = len(plan.crossing.walls) == 1 and not plan.elbow_changes
     return {**drawn, **({"peak_over_time": peak_over_contact} if one else {})}
 
@@ -64,6 +77,8 @@ KINDS: dict[str, AnyKind] = {  # of tasks and plans that are of the key's kind
         facts=sentences.point_facts,
         tries=sentences.point_tries,
         finer=sentences.finer,
+        holds=sentences.point_holds,
+        beside=lambda plan: Tables([], []),
         place=path,
         panels=(control_size,),
         alone=lambda plan: {},
@@ -79,6 +94,8 @@ KINDS: dict[str, AnyKind] = {  # of tasks and plans that are of the key's kind
         facts=sentences.arm_facts,
         tries=sentences.arm_tries,
         finer=sentences.arm_finer,
+        holds=lambda plan: [],
+        beside=tables,
         place=poses,
         panels=(arm_path, joint_angles, control_size),
         alone=_alone,

@@ -13,6 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from ..plan.plan import Plan
 from ..plan.verify import verify
 from ..queries.explain import explained
+from .kinds import kind_of
 from .pictures import figures
 from .style import png
 from .words import describe
@@ -45,6 +46,7 @@ def page(plan: Plan, title: str = "peakmin") -> str:
         title=title,
         plan=plan,
         rows=_rows(plan),
+        beside=kind_of(plan).beside(plan),
         why=explained(plan),
         words=describe(plan),
         pictures={name.replace("_", " "): base64.b64encode(png(figure)).decode() for name, figure in drawn.items()},

@@ -62,6 +62,18 @@ def point_facts(plan: Plan) -> list[str]:
     return lines
 
 
+def point_holds(plan: Plan) -> list[str]:
+    """Of a control past q walls on fewer than q + 2 holds: one for each segment, and one more to stop at the goal."""
+    steps, least = plan.settings.grid.steps, len(plan.crossing.walls) + 2
+    if isinstance(plan.settings.method, Exact) or steps >= least:
+        return []
+    none = "no control on these holds" if steps < least - 1 else "no control was found on these holds"
+    return [
+        f"{none}, {steps} in {least - 1} segments; none is below {plan.lower_bound:.6g} m/s²",
+        f"steps: at least {least} here",
+    ]
+
+
 def point_tries(plan: Plan) -> list[str]:
     """Changes of what was asked that may help a path that does not keep it."""
     if plan.kept is None:
@@ -130,6 +142,9 @@ def arm_facts(plan: ArmPlan) -> list[str]:
     if math.isfinite(plan.clearance):
         near = _near(plan, ": ", "a link is inside")
         lines.append(line("clearance", f"{plan.clearance:.6g} m of every link at every instant{near}"))
+    if plan.passing_over:
+        pairs = ", ".join(f"{i + 1} and {j + 1} about {t:.3g} s" for i, j, t in plan.passing_over)
+        lines.append(line("links", f"pass over one another: {pairs}; arm.self_margin keeps them apart"))
     return [*lines, *_joint_peaks(plan), *_arm_fails(plan)]
 
 
@@ -141,7 +156,8 @@ def _joint_peaks(plan: ArmPlan) -> list[str]:
     bound = "" if plan.maneuver.max_moment is None else f" of {plan.maneuver.max_moment:.4g}"
     lines = [line("base moment", f"{found.moment:.5g}{bound} N m at most")]
     for k, link in enumerate(plan.maneuver.arm.links):
-        said = [f"{found.low[k]:.4g} to {found.high[k]:.4g} rad"]
+        of = "" if link.limits is None else f" of {link.limits[0]:.4g} to {link.limits[1]:.4g}"
+        said = [f"{found.low[k]:.4g} to {found.high[k]:.4g}{of} rad"]
         for size, most, unit in (
             (found.speed[k], link.max_speed, "rad/s"),
             (found.acceleration[k], link.max_acceleration, "rad/s²"),
@@ -159,12 +175,17 @@ def _arm_fails(plan: ArmPlan) -> list[str]:
         lines.append(line("reach", f"the path leaves it by {-clear.within:.6g} m"))
     if clear is not None and not clear.steady:
         lines.append(line("joints", "jump where the folded arm passes its base"))
-    lines += [line("not kept", one) for one in plan.exceeded]
+    lines += [line("not kept", one) for one in (*_too_close(plan), *plan.exceeded)]
     if math.isinf(plan.lower_bound):
         lines.append(line("closed", "obstacles and reach leave no way from start to goal (proved)"))
     elif plan.joints is None:
         lines.append("  no free motion was found; the bound holds all the same")
     return lines
+
+
+def _too_close(plan: ArmPlan) -> list[str]:
+    """Links that come closer to each other than `arm.self_margin`."""
+    return [one.words for one in (plan.kept.excesses if plan.kept else ()) if one.field == "arm.self_margin"]
 
 
 def arm_tries(plan: ArmPlan) -> list[str]:
@@ -174,8 +195,10 @@ def arm_tries(plan: ArmPlan) -> list[str]:
         "max_speed": "a larger max_speed, or a longer duration",
         "max_acceleration": "a larger max_acceleration, or a longer duration",
         "max_torque": "a larger max_torque, or a longer duration",
+        "self_margin": "a smaller self_margin, or other poses",
     }
-    return [text for name, text in tries.items() if any(f".{name}:" in one for one in plan.exceeded)]
+    beyond = [*_too_close(plan), *plan.exceeded]
+    return [text for name, text in tries.items() if any(f".{name}:" in one for one in beyond)]
 
 
 def arm_finer(plan: ArmPlan) -> list[str]:

@@ -41,7 +41,7 @@ def aside(text: str) -> None:
 def only_answers() -> Iterator[None]:
     """Inside, what is printed goes to stderr, and stdout has what is given to `answer`.
 
-    HiGHS and LAPACK print from C: it is the descriptor that points to stderr, not only Python's `sys.stdout`.
+    LAPACK and solvers may print from C: it is the descriptor that points to stderr, not only Python's `sys.stdout`.
     """
     _open_all()
     stream, saved = sys.stdout, os.dup(STDOUT)

@@ -11,6 +11,7 @@ from rich.text import Text
 
 from ..plan.plan import Plan
 from ..plan.reason import stopped
+from ..queries.shortest import Shortest
 from ..queries.simulate import Simulation
 from ..queries.study.table import Study
 from ..search.sweep import Sweep
@@ -72,6 +73,17 @@ def so_far(plan: Plan) -> str:
 def done(sweep: Sweep) -> str:
     """How far a sweep came."""
     return f"{len(sweep.peak)} of {sweep.asked} obstacle times are done"
+
+
+def least_duration(found: Shortest) -> str:
+    """The least duration for a peak, and its plan in words."""
+    return "\n".join(
+        [
+            f"shortest: {found.duration:.9g} s for a peak of {found.peak:.9g} m/s², gap {found.gap:.2e}",
+            line("lower bound", f"{found.lower_bound:.9g} s for any control of that peak"),
+            describe(found.plan),
+        ]
+    )
 
 
 def sweep_table(sweep: Sweep) -> str:

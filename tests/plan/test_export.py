@@ -52,6 +52,16 @@ def table(text):
     return head, np.array(rows, dtype=float)
 
 
+def test_an_arm_s_table_has_all_that_its_joints_do(arm):
+    head, rows = table(arm.to_csv())
+    of_joints = [f"{name}{k}" for name in ("q", "dq", "ddq", "tau") for k in (1, 2, 3)]
+    assert head == ["t", *of_joints, "x", "y", "fx", "fy", "moment"]
+    t = arm.times
+    parts = [arm.joint_positions(t), arm.joint_velocities(t), arm.joint_accelerations(t), arm.torques(t)]
+    parts += [arm.position(t), arm.base_force(t), arm.base_moment(t)[:, None]]
+    np.testing.assert_array_equal(rows, np.column_stack([t, *parts]))
+
+
 def test_joints_are_relative_and_derivatives_of_each_other(arm):
     q, dq, ddq = arm.joint_positions, arm.joint_velocities, arm.joint_accelerations
     assert q(0.0) == pytest.approx((0.2, 1.3, 0.9), abs=1e-9)

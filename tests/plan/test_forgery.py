@@ -18,7 +18,7 @@ from peakmin.robots.dynamics import PlanarRobot
 from peakmin.robots.joint_motion import JointMotion
 from peakmin.spec.spec import read_spec
 from tests.conftest import wall_maneuver
-from tests.solved import EXAMPLES, solved
+from tests.solved import EXAMPLES, example, solved
 
 NOWHERE = {"low": [-1e80], "high": [1e80], "at": [0.5], "multipliers": [[1, 0], [0, 0], [0, 0]]}
 POINT = {"low": [0.001], "high": [0.001], "at": [0.001], "multipliers": [[1, 0], [0, 0], [0, 1]]}
@@ -79,6 +79,16 @@ def test_forged_documents_are_refused(written, lie):
     except pm.SpecError:
         passed = False
     assert not passed
+
+
+@pytest.mark.parametrize("name", ["general_problem", "tunnel", "two_link"])
+def test_what_a_proof_gives_is_told_as_a_plain_number(name):
+    data = json.loads(example(name).to_json())
+    given = data["lower_bound"]
+    data["lower_bound"] += 0.1
+    data["digest"] = digest(data)
+    (said,) = (one for one in pm.verify(json.dumps(data)).problems if one.startswith("lower_bound: "))
+    assert float(said.split("the proof gives ")[1].split()[0]) == pytest.approx(given)
 
 
 def test_a_negative_size_is_no_costate():

@@ -191,6 +191,16 @@ def test_the_terminal_says_what_to_try(monkeypatch):
     assert "  try             search global, over all obstacle times" in text
 
 
+@pytest.mark.parametrize("grid", [pm.Aligned, pm.Uniform])
+def test_too_few_holds_are_told_with_as_many_as_will_do(grid):
+    thin = pm.Block(vertices=[(0.499, -0.2), (0.501, -0.2), (0.501, 0.2), (0.499, 0.2)])
+    for steps, said in ((2, "no control on these holds, 2 in 3 segments"), (3, "no control was found on these holds")):
+        what, *tries = advice(pm.solve(wall_maneuver(obstacles=(thin,)), pm.Settings(grid=grid(steps=steps))))
+        assert what.startswith(said)
+        assert tries == ["steps: at least 4 here"]
+    assert pm.solve(wall_maneuver(obstacles=(thin,)), pm.Settings(grid=grid(steps=4))).keeps
+
+
 def test_a_path_above_max_peak_is_told_to_be_made_finer():
     plan = pm.solve(wall_maneuver(max_peak=8.54), pm.Settings(grid=pm.Aligned(steps=20)))
     what, *tries = advice(plan)

@@ -1,6 +1,7 @@
 """Links that share no joint keep clear of each other."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import peakmin as pm
 from peakmin.robots.link_clearance import self_clearance
 from peakmin.robots.separation import self_separations
 from peakmin.robots.workspace import Workspace
+from peakmin.view import hints, words
 from tests.solved import solved
 
 ARM = pm.Arm(links=[pm.Link(length=a, mass=m, half_width=0.03) for a, m in ((0.9, 8), (0.8, 5), (0.5, 2), (0.4, 1))])
@@ -77,6 +79,27 @@ def test_links_that_would_cross_are_planned_around_each_other():
     assert 0.02 <= least <= np.min(task.workspace.apart(plan.joints.absolute(t))) + 1e-9
     assert task.workspace.apart(plan.joints.absolute(at)) == pytest.approx(least, abs=1e-3)
     assert pm.verify(plan.to_json()).passed
+
+
+def test_links_that_pass_over_one_another_are_told():
+    task = folded()
+    over = solved(task.model_copy(update={"arm": task.arm.model_copy(update={"self_margin": None})}))
+    ((i, j, at),) = over.passing_over
+    assert (i, j) == (0, 2)
+    assert workspace_of(over).apart(over.joints.absolute(at)) <= 0
+    lines = words.describe(over).splitlines()
+    assert (
+        f"  links           pass over one another: 1 and 3 about {at:.3g} s; arm.self_margin keeps them apart" in lines
+    )
+    asked = replace(over, maneuver=task)
+    assert asked.passing_over == []
+    said = "  not kept        arm.self_margin: two links come 0.08"
+    assert any(line.startswith(said) for line in words.describe(asked).splitlines())
+    assert "a smaller self_margin, or other poses" in hints.advice(replace(asked, status="unknown"))
+
+
+def workspace_of(plan):
+    return Workspace(plan.joints.chain, (), 0.0, 0.0)
 
 
 def test_a_file_whose_links_come_too_close_is_refused():

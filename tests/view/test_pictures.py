@@ -283,6 +283,32 @@ def arm_plan():
     return solved(task, pm.Settings(search={"kind": "global", "gap": 1e-2}))
 
 
+def limited(plan):
+    """The arm plan with limits near what it does, of its second joint, and one of its first that is far away."""
+    first, second = plan.maneuver.arm.links
+    found = plan.extremes
+    near = {f"max_{name}": 1.1 * float(getattr(found, name)[1]) for name in ("speed", "acceleration", "torque")}
+    links = (first.model_copy(update={"max_speed": 90.0}), second.model_copy(update={**near, "limits": (-3.0, 0.5)}))
+    arm = plan.maneuver.arm.model_copy(update={"links": links})
+    return replace(plan, maneuver=plan.maneuver.model_copy(update={"arm": arm, "max_moment": 1.2 * found.moment}))
+
+
+@pytest.mark.parametrize("what", ["angle", "speed", "acceleration", "torque"])
+def test_limits_are_dashed_beside_what_joints_do_unless_they_are_far_away(what):
+    plan = limited(arm_plan())
+    link, draw = plan.maneuver.arm.links[1], getattr(curves, f"joint_{what}s")
+    ends = link.limits if what == "angle" else (-getattr(link, f"max_{what}"), getattr(link, f"max_{what}"))
+    moment = plan.maneuver.max_moment
+    ax = draw(plan)
+    drawn = {line.get_ydata()[0] for line in ax.lines if len(line.get_ydata()) == 2}
+    assert drawn == {*ends, *((-moment, moment) if what == "torque" else ())}
+    said = f"limits {ends[0]:.4g} to {ends[1]:.4g}" if what == "angle" else f"limit ±{ends[1]:.4g}"
+    assert {f"joint 2, {said}", "joint 1, limit ±90" if what == "speed" else "joint 1"} <= labels(ax)
+    assert (f"base moment (joint 1), limit ±{moment:.4g}" in labels(ax)) == (what == "torque")
+    assert not [line for line in draw(arm_plan()).lines if len(line.get_ydata()) == 2]
+    plt.close("all")
+
+
 def test_links_are_as_wide_as_they_are_and_margins_are_drawn():
     plan = arm_plan()
     ax = paths.poses(plan, count=3)

@@ -11,6 +11,7 @@ import pytest
 import peakmin as pm
 from peakmin.cli import main
 from peakmin.view.report import page
+from tests.view.test_pictures import arm_plan, limited, unmoved
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 MANEUVER = pm.Maneuver(
@@ -57,6 +58,32 @@ def test_the_page_says_what_the_plan_says():
     assert "<a wall>" not in shown
     assert shown.count("<img") == 1
     assert not re.search(r'(src|href)="(?!data:)|url\(|@import|<script', shown)
+
+
+def table_of(text, key):
+    """The rows of a table by their first cell."""
+    table = re.search(rf'<table id="{key}".*?>(.*?)</table>', text, re.S)[1]
+    rows = re.findall(r"<tr><th>([^<]+)</th>(.*?)</tr>", table)
+    return {name: re.findall(r"<td[^>]*>(.*?)</td>", cells) for name, cells in rows}
+
+
+def test_the_page_has_what_joints_and_base_do_beside_their_limits():
+    plan = limited(arm_plan())
+    shown, found, may, (first, second) = page(plan), plan.extremes, plan.allowed, plan.maneuver.arm.links
+    assert first.max_torque is None
+    angles = [f"{low:.4g} to {high:.4g}" for low, high in zip(found.low, found.high, strict=True)]
+    most = [[f"{getattr(found, name)[k]:.4g}" for name in ("speed", "acceleration", "torque")] for k in (0, 1)]
+    default = [f"({may.acceleration[0]:.4g})", f"({may.torque[0]:.4g})"]
+    given = [f"{getattr(second, name):.4g}" for name in ("max_speed", "max_acceleration", "max_torque")]
+    cells = [[angles[0], "none"], [angles[1], "-3 to 0.5"]]
+    cells[0] += [one for pair in zip(most[0], ["90", *default], strict=True) for one in pair]
+    cells[1] += [one for pair in zip(most[1], given, strict=True) for one in pair]
+    assert table_of(shown, "joints") == {"joint 1": cells[0], "joint 2": cells[1]}
+    base = {"base force [N]": [f"{plan.peak_force:.4g}", "none"]}
+    base["base moment [N m]"] = [f"{plan.peak_moment:.4g}", f"{plan.maneuver.max_moment:.4g}"]
+    assert table_of(shown, "base") == base
+    assert 'id="joints"' not in page(unmoved(plan))
+    assert 'id="joints"' not in page(pm.solve(MANEUVER))
 
 
 def test_the_page_says_why_not():

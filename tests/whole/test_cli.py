@@ -21,6 +21,7 @@ EXAMPLES = sorted(
     for p in (Path(__file__).parent.parent.parent / "examples").glob("*.json")
     if not p.name.startswith(("study_", "impossible"))
 )
+ARM = EXAMPLES[0].parent / "two_link.json"
 SCENES = ["tunnel", "two_tables", "wide_box", "non_convex_block", "slalom", "cluttered"]
 
 
@@ -201,8 +202,12 @@ def test_files_of_another_kind_are_called_so(spec, tmp_path, capsys):
         ("study", plan, "was a plan (see `peakmin verify`), must be a study file"),
         ("study", other, "was not JSON"),
         ("simulate", plan, "was a plan of a centre of mass, must be one of an arm for `simulate`"),
+        ("compare", spec(), "was a spec of a centre of mass, must be one of an arm for `compare`"),
+        ("sweep", ARM, "was a spec of an arm, must be one of a centre of mass for `sweep`"),
+        ("budget", ARM, "was a spec of an arm, must be one of a centre of mass for `budget`"),
+        (["shortest", "--peak", "5"], ARM, "was a spec of an arm, must be one of a centre of mass for `shortest`"),
     ):
-        status, out, err = call(capsys, command, path)
+        status, out, err = call(capsys, *([command] if isinstance(command, str) else command), path)
         assert (status, out) == (2, "")
         assert err.startswith(f"peakmin: {path}: {words}")
         assert err.count("\n") == 1
@@ -210,6 +215,7 @@ def test_files_of_another_kind_are_called_so(spec, tmp_path, capsys):
 
 def test_what_cannot_be_written_is_refused_before_anything_is_solved(spec, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("peakmin.cli.solve", None)
+    monkeypatch.setattr("peakmin.paper.compute", None)
     (tmp_path / "file").write_text("")
     study = tmp_path / "study.json"
     study.write_text(json.dumps({"base": json.loads(spec().read_text()), "grid": {"maneuver.mass": [1.0]}}))
@@ -218,6 +224,9 @@ def test_what_cannot_be_written_is_refused_before_anything_is_solved(spec, tmp_p
         (["solve", spec(), "--report", tmp_path], f"{tmp_path}: was a folder, must be a file to write"),
         (["solve", spec(), "--report", tmp_path / "file" / "page.html"], "cannot be written"),
         (["study", study, "--out", tmp_path / "rows.txt"], "must be a folder, or end in .csv or .parquet"),
+        (["paper", "--out", tmp_path / "file"], "cannot be written"),
+        (["shortest", spec(), "--peak", "5", "--out", tmp_path / "file"], "cannot be written"),
+        (["export", tmp_path / "file", "--json"], "--json: was given for csv, must come with --out"),
     ):
         status, out, err = call(capsys, *arguments)
         assert (status, out) == (2, "")
@@ -282,7 +291,27 @@ def test_the_bar_is_full_at_the_end_unless_it_is_stopped(monkeypatch):
         assert int(re.findall(r"(\d+)%", screen.getvalue())[-1]) == last
 
 
+def test_the_shortest_is_the_same_at_the_terminal(spec, tmp_path, capsys):
+    path = spec(obstacles=[{"kind": "wall", "tip": [0.5, 0.5]}])
+    found = pm.shortest(pm.Spec.read(path).task, 8.0)
+    status, out, err = call(capsys, "shortest", path, "--peak", "8", "--json", "--out", tmp_path / "o")
+    document = json.loads(out)
+    assert (status, err, document) == (0, "", json.loads((tmp_path / "o" / "shortest.json").read_text()))
+    numbers = {name: document[name] for name in ("peak", "duration", "lower_bound", "gap", "nodes", "status")}
+    assert numbers == {name: getattr(found, name) for name in ("peak", "duration", "lower_bound", "gap", "nodes")} | {
+        "status": "solved"
+    }
+    assert pm.verify((tmp_path / "o" / "plan.json").read_text()).passed
+    status, out, _ = call(capsys, "shortest", path, "--peak", "8")
+    assert out.startswith(f"shortest: {found.duration:.9g} s for a peak of 8 m/s², gap ")
+    assert f"  lower bound     {found.lower_bound:.9g} s for any control of that peak\nsolved: peak 7.99999" in out
+    for peak, words in (("0", "peak: was 0.0, must be"), ("nan", "peak: was nan, must be"), ("x", "Invalid value")):
+        status, out, err = call(capsys, "shortest", path, "--peak", peak)
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert words in err
+
+
 def test_the_shortest_is_of_centres_of_mass():
-    arm = pm.ArmSpec.read(EXAMPLES[0].parent / "two_link.json").task
+    arm = pm.ArmSpec.read(ARM).task
     with pytest.raises(pm.SpecError, match=r"^maneuver: was a ArmManeuver, must be a peakmin\.Maneuver$"):
         pm.shortest(arm, 1.0)
