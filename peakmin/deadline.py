@@ -67,12 +67,12 @@ def left(until: float) -> float:
     return max(until - time.perf_counter(), 0.0)
 
 
-def part(until: float) -> float:
-    """An earlier deadline, which leaves some of the time."""
+def part(until: float, share: float = SHARE, most: float = MOST) -> float:
+    """An earlier deadline, which leaves a share of the time, and no more than so many seconds."""
     if math.isinf(until):
         return until
     shared = until.met if isinstance(until, Deadline) else None
-    return Deadline(until - min(SHARE * left(until), MOST), stopped_by(until), shared)
+    return Deadline(until - min(share * left(until), most), stopped_by(until), shared)
 
 
 @contextmanager

@@ -141,6 +141,7 @@ class JointStep:
         sides = cp.vstack([cp.hstack(u[k::dimension]) for k in range(dimension)])
         rules = [cp.hstack(same) == 0, cp.hstack(kept) >= 0, cp.SOC(peak, sides, axis=0)]
         missing = sum(cp.sum(slack) for slack in slacks)
+        self.compiled = 0.0  # seconds that it took
         self._promised = self._least + self._cost * missing
         calm = self._calm * (cp.sum_squares(self._a) + cp.sum_squares(self._v)) / N
         self._problem = cp.Problem(cp.Minimize(self._promised + calm), rules)
@@ -193,6 +194,8 @@ class JointStep:
                 self._problem.solve(solver="CLARABEL", **ROUGH | options_of("CLARABEL", until))
         except (cp.SolverError, ValueError, ArithmeticError):
             return None
+        finally:
+            self.compiled = max(self.compiled, self._problem.compilation_time or 0.0)
         if self._a.value is None or self._promised.value is None or not np.all(np.isfinite(self._a.value)):
             return None
         return known[2] + self._a.value, float(self._promised.value)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..deadline import over
+from ..deadline import left, over, part
 from ..plan.answer import plan_of
 from ..plan.arm_plan import ArmPlan
 from ..plan.found import Found
@@ -31,6 +31,8 @@ BEST = 3  # motions that are made finer
 WORSE = 0.99  # a motion with fewer holds above this share of a better one's peak is not made finer
 MISSING = 1e-6  # [scaled] of what is not kept: what counts as nothing
 ALIKE = 1e-3  # relative
+LEFT = 0.4  # of the time: what is looked for in many starts leaves to what makes the best of them finer
+COMPILED = 2.0  # times what compiling takes: what is needed for a program to be of use
 MENDED = 5  # rounds in which what a motion does not keep between instants is asked more of
 MORE = 1.5  # times what is missing
 LOOKS = 9  # instants of each hold at which it is looked for
@@ -135,13 +137,10 @@ class Planner:
         low, high = np.transpose([link.limits or (-inf, inf) for link in links])
         return Limits(low, high, may.speed, may.acceleration, torque)
 
-    def search(self, begin: Array, end: Array, holds: int) -> JointSearch:
-        workspace = self.scene.workspace
-        limits, room = (
-            self.limits(begin, end),
-            1e-4 * self.scene.size if workspace.obstacles or workspace.pairs else 0.0,
-        )
-        return JointSearch(workspace, self.scene.task.duration, limits, holds, self.until, room, programs=self.programs)
+    def search(self, begin: Array, end: Array, holds: int, until: float | None = None) -> JointSearch:
+        workspace, T = self.scene.workspace, self.scene.task.duration
+        room, until = 1e-4 * self.scene.size if workspace.obstacles or workspace.pairs else 0.0, until or self.until
+        return JointSearch(workspace, T, self.limits(begin, end), holds, until, room, programs=self.programs)
 
     def look(self, known: dict[tuple[int, int], list[Array]], passages: list[Passage]) -> list[Motion]:
         """Motions with few holds, best first: from every start in few steps, from what came out best in as many as pay.
@@ -149,16 +148,18 @@ class Planner:
         known: ways of joint angles (m+1, n) at even times, by the passage's indices.
         """
         found: list[Motion] = []
+        until = part(self.until, LEFT, math.inf)
         for passage in passages:
             for way in self._every(passage, known.get(passage.indices, [])):
-                if found and (over(self.until) or self._least(found)):
+                if found and (over(until) or self._least(found)):
                     break
-                search = self.search(way.angles[0], way.angles[-1], COARSE)
+                search = self.search(way.angles[0], way.angles[-1], COARSE, until)
                 found.append(self._further(search, way, search.along(way.angles), QUICK))
         best = _worth_it(_unlike(sorted(found, key=lambda one: one.order)))[:BEST]
         for k, one in enumerate(best):
             if not self._least(best):
-                best[k] = self._further(self.search(one.begin, one.way.angles[-1], COARSE), one.way, one.held, STEPS)
+                search = self.search(one.begin, one.way.angles[-1], COARSE, until)
+                best[k] = self._further(search, one.way, one.held, STEPS)
         return sorted(best, key=lambda one: one.order)
 
     def _least(self, found: list[Motion]) -> bool:
@@ -181,10 +182,16 @@ class Planner:
             least = min((one.peak for one in out if one.kept is not None and one.kept.passed), default=math.inf)
             if least <= max(self.floor * (1 + 2e-3), WORSE * motion.peak):
                 break
-            made = self._finer(motion)
+            made = self._finer(motion) if self._pays else self.as_it_is(motion)
             if made is not None:
                 out.append(made)
         return sorted(out, key=lambda one: (one.kept is None or not one.kept.passed, one.peak))
+
+    @property
+    def _pays(self) -> bool:
+        """Whether the time left is enough for a program of the finest holds, which takes the longer to compile."""
+        coarse = max((one.compiled for (holds, *_), one in self.programs.items() if holds == COARSE), default=0.0)
+        return left(self.until) > COMPILED * (FINE / COARSE) ** 2 * coarse
 
     def as_it_is(self, motion: Motion) -> Joints:
         """A motion with the holds that it has, with what it keeps."""
