@@ -16,6 +16,7 @@ from .workspace import Workspace
 FIRST = 200  # intervals looked at first
 FINE = 1e-6  # of the arm: to which the least distance is found
 ROUGH = 0.02  # of what is missing: to which it is found where it is less than the margin
+SPARE, ENOUGH = 0.1, 1e-4  # of what is more than the margin, and of the arm at most: to which it is found else
 EDGE = 1e-9  # of the arm: to which touching an edge of the annulus counts as staying within
 JUMP, HALVINGS = 0.05, 9  # rad between instants a millionth of the duration apart count as a jump
 TURN = 1e-3  # rad: so far from the straight or folded arm an elbow may be where it turns over
@@ -43,9 +44,9 @@ class LinkClearance:
 
 
 def link_clearance(workspace: Workspace, path: JointPath | JointMotion) -> LinkClearance:
-    """The distance of every link from every obstacle over the motion, to a millionth of the arm.
+    """The distance of every link from every obstacle over the motion, from below.
 
-    Where it is less than the margin it is found less exactly.
+    To a millionth of the arm where it is the margin; less exactly the farther it is from it.
 
     On an interval a link is no nearer than it is at the middle less what it may move there, `Workspace.swept`.
     """
@@ -88,7 +89,8 @@ def _least(
         if np.min(now) < least:
             least, at = float(np.min(now)), float(middle[np.argmin(now)])
         bound = np.min(links - moved(path.spread(low, high)), axis=1)
-        fine = max(FINE * size, ROUGH * (margin - least) if least < margin else 0.0)
+        spare = ROUGH * (margin - least) if least < margin else min(SPARE * (least - margin), ENOUGH * size)
+        fine = max(FINE * size, spare)
         done = (bound >= least - fine) | (high - low <= 1e-9 * path.duration) | (count > MOST)
         proved = min(proved, float(np.min(bound[done], initial=np.inf)))
         low, middle, high = low[~done], middle[~done], high[~done]

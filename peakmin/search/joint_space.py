@@ -31,7 +31,9 @@ TRUST, MOST_TRUST, LEAST_TRUST = 0.4, 2.0, 1e-5  # rad
 STEPS = 60  # programs for one start
 CALM = 3e-5  # of the peak: what changes of speeds and accelerations cost, squared, so that idle joints stay calm
 ENOUGH = 1e-4  # relative: a promised gain below which a motion is as good as it gets
+NOTHING = 1e-9  # [scaled] of what is not kept
 COST = 20.0  # of what is not kept, relative to the peak
+LOOKS = 9  # instants of each hold at which distances are looked at that a program sees in the middle
 NEAREST = 6  # convex pieces that every link is kept from
 INSIDE = 1e-6  # relative: by which limits are drawn in, for what bends between nodes and for rounding
 
@@ -176,6 +178,18 @@ class JointSearch:
         joints = np.cumsum(by[:, :, ::-1], axis=2)[:, :, ::-1]
         return far.T - (workspace.self_margin or 0.0) - self.room, joints.transpose(1, 0, 2)
 
+    def short(self, begin: Array, held: Array) -> Array:
+        """What is missing of distances from obstacles and of links from each other on each hold [m], (2, N)."""
+        q, v = self.states(begin, held)
+        s = np.linspace(0, 1, LOOKS)[:, None, None] / self.holds
+        theta, workspace = np.cumsum(q[:-1] + s * (v[:-1] + s / 2 * held), axis=-1), self.workspace
+        out = np.full((2, self.holds), -np.inf)
+        if workspace.obstacles:
+            out[0] = workspace.margin - np.min(workspace.clearance(theta), axis=(0, 2))
+        if workspace.pairs:
+            out[1] = (workspace.self_margin or 0.0) - np.min(workspace.apart(theta), axis=(0, 2))
+        return out
+
     def _merit(self, about: Linear) -> tuple[float, float]:
         """What is made least, and what is not kept."""
         over_torque = np.max(np.abs(about.tau) / self._scaled.torque - 1, axis=(0, 2), initial=0.0)
@@ -208,7 +222,7 @@ class JointSearch:
             new_least, new_missing = self._merit(now)
             promised = least + cost * missing - step[1]
             gained = least + cost * missing - new_least - cost * new_missing
-            if promised <= ENOUGH * least:
+            if promised <= (0.1 * cost * missing if missing > NOTHING else ENOUGH * least):
                 break
             if gained > 0.1 * promised:
                 held, about, least, missing = trial, self._linear(begin, trial), new_least, new_missing

@@ -27,15 +27,15 @@ from .joint_space import COST, STEPS, JointSearch, bang
 COARSE, FINE = 40, 80  # holds: of what is looked for, and of the answer
 BENT, TRIED, WIDE = 120, 4, 1.2  # bent first motions: how many are looked at, tried, and how far they bend [rad]
 QUICK = 12  # steps from every start, before the best are looked at
-BEST = 3  # motions that are made finer
+BEST, NEXT = 3, 3  # motions that are made finer, and those that are where none of these keeps what is asked
+THROUGH = 0.01  # of the arm: how deep a link may be in something between the instants that a program looks at
 WORSE = 0.99  # a motion with fewer holds above this share of a better one's peak is not made finer
 MISSING = 1e-6  # [scaled] of what is not kept: what counts as nothing
 ALIKE = 1e-3  # relative
 LEFT = 0.4  # of the time: what is looked for in many starts leaves to what makes the best of them finer
 COMPILED = 2.0  # times what compiling takes: what is needed for a program to be of use
 MENDED = 5  # rounds in which what a motion does not keep between instants is asked more of
-MORE = 1.5  # times what is missing
-LOOKS = 9  # instants of each hold at which it is looked for
+MORE, LEAST = 1.5, 1e-5  # times what is missing, and of the arm at least
 DEARER = 3  # times that what is missing costs, round after round
 SPARED, ROUNDING = 0.01, 1e-4  # relative: of a peak, what may be given for less moment, and what is kept back of it
 
@@ -101,7 +101,7 @@ def _lifted(scene: ArmScene, begin: Array, goal: Array, shares: Array) -> Array:
     return way if np.max(np.abs(way - begin)) < 2 * math.pi else begin + shares * (goal - begin)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """What the planner has come to: accelerations (N, n) [scaled], peak [m/s^2] and what is missing at instants."""
 
@@ -155,12 +155,14 @@ class Planner:
                     break
                 search = self.search(way.angles[0], way.angles[-1], COARSE, until)
                 found.append(self._further(search, way, search.along(way.angles), QUICK))
-        best = _worth_it(_unlike(sorted(found, key=lambda one: one.order)))[:BEST]
+        every = _unlike(sorted(found, key=lambda one: one.order))
+        best = _worth_it(every)[:BEST]
+        others = [one for one in every if one not in best][:NEXT]
         for k, one in enumerate(best):
             if not self._least(best):
                 search = self.search(one.begin, one.way.angles[-1], COARSE, until)
                 best[k] = self._further(search, one.way, one.held, STEPS)
-        return sorted(best, key=lambda one: one.order)
+        return sorted(best, key=lambda one: one.order) + others
 
     def _least(self, found: list[Motion]) -> bool:
         """Whether one is as good as none can be better than."""
@@ -171,7 +173,9 @@ class Planner:
         begin = way.angles[0]
         held = search.improved(begin, held, self._cost, self.floor / self._scale, steps)
         self.steps += search.count
-        return Motion(way, begin, held, *search.score(begin, held))
+        peak, missing = search.score(begin, held)
+        through = float(np.max(search.short(begin, held))) / self.scene.size - THROUGH
+        return Motion(way, begin, held, peak, missing + max(through, 0.0))
 
     def finished(self, motions: list[Motion]) -> list[Joints]:
         """Motions with more holds, each with what it keeps, best first."""
@@ -182,6 +186,8 @@ class Planner:
             least = min((one.peak for one in out if one.kept is not None and one.kept.passed), default=math.inf)
             if least <= max(self.floor * (1 + 2e-3), WORSE * motion.peak):
                 break
+            if math.isfinite(least) and motion.missing > MISSING:
+                continue
             made = self._finer(motion) if self._pays else self.as_it_is(motion)
             if made is not None:
                 out.append(made)
@@ -277,7 +283,9 @@ class Planner:
         limits, room = search.limits, search.room
         for one in excesses:
             if one.field in ("obstacles", "arm.self_margin"):
-                room = room + MORE * self._short(made, one)
+                short = search.short(made.begin, made.held * made.duration**2)[int(one.field == "arm.self_margin")]
+                short = np.maximum(short + max(one.amount - float(np.max(short)), 0.0), 0.0)
+                room = room + MORE * np.where(short > 0, short + LEAST * self.scene.size, 0.0)
             elif one.field.endswith("max_torque") or one.field == "max_moment":
                 k = int(one.field.split("[")[1].split("]")[0]) if "[" in one.field else 0
                 may = allowed(self.scene.task, made.begin, made.angles(made.duration)).torque[k]
@@ -287,16 +295,6 @@ class Planner:
                 torque[k] = min(torque[k], may) - MORE * min(one.amount, 0.1 * may)
                 limits = replace(limits, torque=torque)
         return replace(search, limits=limits, room=room)
-
-    def _short(self, made: JointMotion, excess: Excess) -> Array:
-        """What is missing of a distance on each hold [m], (N,): all of it where it is most."""
-        workspace, between = self.scene.workspace, np.linspace(0, 1, LOOKS)
-        theta = made.absolute(made.nodes[:-1, None] + np.diff(made.nodes)[:, None] * between)
-        if excess.field == "obstacles":
-            short = workspace.margin - np.min(workspace.clearance(theta), axis=(1, 2))
-        else:
-            short = (workspace.self_margin or 0.0) - np.min(workspace.apart(theta), axis=(1, 2))
-        return np.asarray(np.maximum(short + max(excess.amount - float(np.max(short)), 0.0), 0.0))
 
 
 def _unlike(motions: list[Motion]) -> list[Motion]:
