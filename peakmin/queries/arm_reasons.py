@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Literal
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
 
 from ..plan.arm_plan import ArmPlan
+from ..robots.extremes import Extremes
 from ..robots.joint_space import FLOODS, flood
+from ..scenes.impossible import Impossible
+from ..scenes.kinds import LIMITED, scene_of
 from ..scenes.passages import passages
 from ..spec.arm import ArmManeuver
 from .reasons import InTheWay, Reasons
-from .repairs import Change, Repair, Trials, changed, downwards, left_out, longer, raised, upwards, with_link
+from .repairs import Change, Repair, Trials, changed, downwards, left_out, longer, raised, tried, upwards, with_link
 
-Limit = tuple[int, Literal["limits", "max_speed"]]  # of which link, and which
 MARGINS = (0.5, 0.25, 0.1, 0.0)  # shares of a margin that are tried, in this order
 SLOWER = 1.002  # times the duration that time scaling asks for: what a control on holds needs more
+STEP, TRIES = 0.15, 3  # by how much longer it is made where that is not enough, and how often
 
 
 class ArmReasons(Reasons):
@@ -27,6 +31,11 @@ class ArmReasons(Reasons):
     def entries(self) -> list[str]:
         return self.obstacles
 
+    @cached_property
+    def slow(self) -> Impossible | None:
+        """Which joint cannot turn as far as it must, if one cannot."""
+        return scene_of(self.task).impossible()
+
     @property
     def shut(self) -> bool:
         """Whether it is the obstacles alone that leave no motion."""
@@ -35,6 +44,8 @@ class ArmReasons(Reasons):
     def bound(self, kept: list[str]) -> float | None:
         every = zip(self.obstacles, self.task.obstacles, strict=True)
         fewer = changed(self.task, obstacles=tuple(one for name, one in every if name in kept))
+        if self.slow is not None:
+            return math.inf  # whatever stands there
         if self.shut:
             return math.inf if closed(fewer) else None
         tried_out = self.trials.solve(fewer)
@@ -42,6 +53,8 @@ class ArmReasons(Reasons):
 
     def named(self, kept: list[str]) -> tuple[tuple[str, ...], str]:
         task = self.task
+        if self.slow is not None:
+            return self.slow.fields, self.slow.because
         if self.shut:
             margin = ("margin",) if task.margin and not closed(changed(task, margin=0.0)) else ()
             return (*kept, *margin), "the links cannot get past from start to goal, whatever they do"
@@ -52,7 +65,17 @@ class ArmReasons(Reasons):
         return (*kept, "max_peak", "duration"), because
 
     def repairs(self, fields: tuple[str, ...]) -> Iterator[Repair]:
+        if self.slow is not None:
+            return self._faster(self.slow)
         return self._opened(fields) if self.shut else self._slower()
+
+    def _faster(self, slow: Impossible) -> Iterator[Repair]:
+        """A longer duration, or limits made as wide as a motion takes."""
+        limits = [limit for limit in given_limits(self.task) if limit.power]
+        yield from slower(self.task, self.trials, limits)
+        for limit in limits:
+            if limit.field in slow.fields:
+                yield from widened(self.task, self.trials, limit)
 
     def _opened(self, fields: tuple[str, ...]) -> Iterator[Repair]:
         """Less margin, or an obstacle left out."""
@@ -81,51 +104,112 @@ class ArmReasons(Reasons):
 
     @staticmethod
     def in_the_way(plan: ArmPlan, trials: Trials) -> InTheWay | None:  # type: ignore[override]
-        """A joint limit or speed is, where the motion does not keep it or the task is solved with it made wider."""
-        task = plan.maneuver
-        given = given_limits(task)
-        if plan.joints is not None:
-            kept = plan.kept
-            assert kept is not None
-            given = {name: given[name] for one in kept.excesses if (name := one.field) in given}
-        found = [one for name, limit in given.items() for one in widened(task, trials, name, limit)]
-        fields = tuple(given) if plan.joints is not None else tuple(one.field for one in found)
+        """A limit is, where the motion does not keep it or the task is solved with it made wider; or an obstacle."""
+        task, excesses = plan.maneuver, () if plan.kept is None else plan.kept.excesses
+        given = {limit.field: limit for limit in given_limits(task)}
+        if plan.kept is not None:
+            given = {one.field: given[one.field] for one in excesses if one.field in given}
+        found = list(slower(task, trials, list(given.values())))
+        found += [repair for limit in given.values() for repair in widened(task, trials, limit)]
+        fields = tuple(given) if plan.joints is not None else tuple(repair.field for repair in found)
+        if any(one.field == "obstacles" for one in excesses):
+            without = [repair for i in range(len(task.obstacles)) for repair in trials.repair(left_out(task, i), 1.0)]
+            found += without
+            fields += tuple(repair.field for repair in without) or ("obstacles",)
         because = "; ".join(plan.exceeded) or "no motion was found that keeps them"
         return InTheWay(fields, because, found) if fields else None
 
 
-def given_limits(task: ArmManeuver) -> dict[str, Limit]:
-    """The joint limits and speeds that are asked for, by their paths."""
-    return {
-        f"arm.links[{k}].{name}": (k, name)
+@dataclass(frozen=True)
+class Limit:
+    """A limit of an arm's task that a motion may need more of.
+
+    asked: its number [unit], or two;  to: the task with another, None for none, where it is one;  taken: what a motion
+    takes, rounded to the side that helps;  power: of the duration's factor, by which that falls for a slower motion.
+    """
+
+    field: str
+    unit: str
+    asked: float | tuple[float, float]
+    to: Callable[[float | tuple[float, float] | None], ArmManeuver | None]
+    taken: Callable[[Extremes], float | tuple[float, float]]
+    power: int
+
+
+def given_limits(task: ArmManeuver) -> Iterator[Limit]:
+    """Those that the task has, of its joints and its base."""
+    for k, link in enumerate(task.arm.links):
+        if link.limits is not None:
+            yield Limit(
+                f"arm.links[{k}].limits",
+                "rad",
+                link.limits,
+                partial(_with, task, k, "limits"),
+                partial(_range, k, link.limits),
+                0,
+            )
+        for name, unit, power in (("speed", "rad/s", 1), ("acceleration", "rad/s²", 2), ("torque", "N m", 2)):
+            most = getattr(link, f"max_{name}")
+            if most is not None:
+                to, taken = partial(_with, task, k, f"max_{name}"), partial(_largest, k, name)
+                yield Limit(f"arm.links[{k}].max_{name}", unit, most, to, taken, power)
+    if task.max_moment is not None:
+        taken = partial(_largest, 0, "torque")
+        yield Limit("max_moment", "N m", task.max_moment, lambda x: tried(task, max_moment=x), taken, 2)
+
+
+def _with(task: ArmManeuver, k: int, name: str, x: object) -> ArmManeuver | None:
+    return with_link(task, k, **{name: x})
+
+
+def _range(k: int, asked: tuple[float, float], found: Extremes) -> tuple[float, float]:
+    low, high = -upwards_signed(-float(found.low[k])), upwards_signed(float(found.high[k]))
+    return min(asked[0], low), max(asked[1], high)
+
+
+def _largest(k: int, name: str, found: Extremes) -> float:
+    return upwards(float(getattr(found, name)[k]))
+
+
+def slower(task: ArmManeuver, trials: Trials, limits: list[Limit]) -> Iterator[Repair]:
+    """A duration in which the motion found without these limits keeps them: D' = D max (taken / asked)^(1/power)."""
+    names = {limit.field for limit in limits if limit.power}
+    links = [
+        link.model_copy(update={name: None for name in LIMITED if f"arm.links[{k}].{name}" in names})
         for k, link in enumerate(task.arm.links)
-        for name in ("limits", "max_speed")
-        if getattr(link, name) is not None
-    }
+    ]
+    moment = None if "max_moment" in names else task.max_moment
+    free = tried(task, arm=task.arm.model_copy(update={"links": tuple(links)}), max_moment=moment)
+    plan = None if free is None or not names or trials.over else trials.plan(free)
+    if plan is None or not plan.keeps or plan.extremes is None:
+        return
+    factors = [1.0]
+    for limit in limits:
+        most = limit.taken(plan.extremes)
+        if limit.power and isinstance(most, float) and isinstance(limit.asked, float):
+            factors.append((most / limit.asked) ** (1 / limit.power))
+    yield from trials.repair(longer(task, STEP), SLOWER * task.duration * max(factors), TRIES)
 
 
-def widened(task: ArmManeuver, trials: Trials, field: str, limit: Limit) -> Iterator[Repair]:
+def widened(task: ArmManeuver, trials: Trials, limit: Limit) -> Iterator[Repair]:
     """One limit made as wide as a motion that was found without it takes, if the task is then solved."""
-    k, name = limit
-    free = with_link(task, k, **{name: None})
+    free = limit.to(None)
     plan = None if free is None or trials.over else trials.plan(free)
     if plan is None or not plan.keeps or plan.extremes is None:
         return
-    asked, found = getattr(task.arm.links[k], name), plan.extremes
-    if name == "limits":
-        low = min(asked[0], -upwards_signed(-float(found.low[k])))
-        high = max(asked[1], upwards_signed(float(found.high[k])))
-        value: object = (low, high)
-        said = f"{field} [{asked[0]:.6g}, {asked[1]:.6g}] rad are too narrow: [{low:.6g}, {high:.6g}] rad"
-        cost = (high - low) / (asked[1] - asked[0]) - 1
+    asked, value = limit.asked, limit.taken(plan.extremes)
+    if isinstance(asked, tuple) and isinstance(value, tuple):
+        said = f"[{asked[0]:.6g}, {asked[1]:.6g}] {limit.unit} are too narrow: [{value[0]:.6g}, {value[1]:.6g}]"
+        cost = (value[1] - value[0]) / (asked[1] - asked[0]) - 1
     else:
-        value = fastest = upwards(float(found.speed[k]))
-        said, cost = f"{field} {asked:.6g} rad/s is too slow: {fastest:.6g} rad/s", fastest / asked - 1
-    changed_so = with_link(task, k, **{name: value})
-    if changed_so is not None and not trials.over:
-        tried_out = trials.solve(changed_so)
+        assert isinstance(asked, float)
+        assert isinstance(value, float)
+        said, cost = f"{asked:.6g} {limit.unit} is too little: {value:.6g}", value / asked - 1
+    other = limit.to(value)
+    if other is not None and cost > 0 and not trials.over:
+        tried_out = trials.solve(other)
         if tried_out.keeps:
-            yield Repair(field, f"{said} would do", changed_so, tried_out.peak, cost)
+            yield Repair(limit.field, f"{limit.field} {said} {limit.unit} would do", other, tried_out.peak, cost)
 
 
 def upwards_signed(x: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,8 @@ import shapely
 from scipy.optimize import minimize
 
 from ..geometry.norm import length, norm
+from ..robots.kinematics import ANGLE
+from ..spec.arm import ArmManeuver
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Block, Wall
 from ..types import Array
@@ -34,6 +37,40 @@ def impossible(maneuver: Maneuver) -> Impossible | None:
     - `region`: the free part of a wall's line lies outside; or blocks close it between start and goal.
     """
     return _too_far(maneuver) or _cut_off(maneuver) or _closed(maneuver)
+
+
+def too_slow(task: ArmManeuver, ends: Iterable[tuple[Array, Array]]) -> Impossible | None:
+    """Which joint cannot turn far enough between any start and goal, (n,) absolute angles each; None where all can.
+
+    From rest to rest in T a joint turns by less than V T with |q'| <= V, and by at most
+
+        A T^2 / 4  where V >= A T / 2,      else V T - V^2 / A      with |q''| <= A too.
+    """
+    found: dict[str, str] = {}
+    for start, goal in ends:
+        slow = next((one for k in range(len(task.arm.links)) if (one := _joint_slow(task, k, start, goal))), None)
+        if slow is None:
+            return None
+        found |= slow
+    fields = tuple(dict.fromkeys(name for names in found for name in names.split(" ")))
+    return Impossible((*fields, "duration"), "; ".join(dict.fromkeys(found.values()))) if found else None
+
+
+def _joint_slow(task: ArmManeuver, k: int, start: Array, goal: Array) -> dict[str, str]:
+    """What keeps joint k from turning far enough, by the entries that do; nothing where it can."""
+    link, T = task.arm.links[k], task.duration
+    low, high = link.limits or (-math.inf, math.inf)
+    begin, end = (float(np.diff(x, prepend=0.0)[k]) for x in (start, goal))
+    turns = [end + math.tau * (round((begin - end) / math.tau) + i) for i in (-1, 0, 1)]
+    ways = [abs(x - begin) for x in turns if low - ANGLE <= x <= high + ANGLE]
+    V, A = link.max_speed or math.inf, link.max_acceleration or math.inf
+    most = A * T**2 / 4 if A * T / 2 <= V else V * T - V**2 / A
+    if not ways or min(ways) * (1 - SLACK) <= most:
+        return {}
+    names = [name for name in ("max_speed", "max_acceleration") if getattr(link, name) is not None]
+    reach = f"and can by {most:.6g} rad with its {' and '.join(names)}"
+    because = f"joint {k + 1} must turn by {min(ways):.6g} rad in {T:g} s, {reach}"
+    return {" ".join(f"arm.links[{k}].{name}" for name in names): because}
 
 
 def least_way(maneuver: Maneuver) -> float:

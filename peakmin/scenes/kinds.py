@@ -25,7 +25,7 @@ from ..types import Array
 from .arm_proof import ArmProof
 from .blocks import BlockClasses, BlockProof, ListedProof
 from .cells import Cells
-from .impossible import Impossible, impossible
+from .impossible import Impossible, impossible, too_slow
 from .kept import Closed, Excess, Keeping, Kept, closed_behind, extent, keeping, verdict
 from .passages import Passage, passages
 
@@ -182,7 +182,7 @@ class ArmScene:
         return ArmKept(clear.least, clear.at, (*out, *beyond_limits(self.task, motion, most)), clear, most)
 
     def impossible(self) -> Impossible | None:
-        return None
+        return too_slow(self.task, [(one.theta[0], one.theta[1]) for one in self.passages.values()])
 
     def bound(self, proof: ArmProof, times: Array) -> float:
         return proof.bound(self.workspace, self.passages)

@@ -50,7 +50,7 @@ GapTree = Tree[Order, Whole, Line, Looks]
 
 def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
     """The motion of least peak base reaction force of an arm, with its proof."""
-    if scene.workspace.chain.links > 2:
+    if scene.workspace.chain.links > 2 or scene.impossible() is not None:
         return redundant(scene, job)
     settings = job.settings
     assert isinstance(settings.search, GlobalSearch)
