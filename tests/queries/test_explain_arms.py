@@ -9,7 +9,7 @@ import peakmin as pm
 from peakmin.scenes.kinds import scene_of
 from tests.conftest import ALL
 
-SETTINGS = pm.Settings(time_limit=2.5)
+SETTINGS = pm.Settings(time_limit=4.0)
 
 
 def task(duration=1.0, **limits):
