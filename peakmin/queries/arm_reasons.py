@@ -17,6 +17,8 @@ from ..spec.arm import ArmManeuver
 from .reasons import InTheWay, Reasons
 from .repairs import Change, Repair, Trials, changed, downwards, left_out, longer, raised, tried, upwards, with_link
 
+# of what a joint does at most: its unit, and by which power of the duration's factor it falls
+FALLS = {"speed": ("rad/s", 1), "acceleration": ("rad/s²", 2), "torque": ("N m", 2)}
 MARGINS = (0.5, 0.25, 0.1, 0.0)  # shares of a margin that are tried, in this order
 SLOWER = 1.002  # times the duration that time scaling asks for: what a control on holds needs more
 STEP, TRIES = 0.15, 3  # by how much longer it is made where that is not enough, and how often
@@ -148,7 +150,7 @@ def given_limits(task: ArmManeuver) -> Iterator[Limit]:
                 partial(_range, k, link.limits),
                 0,
             )
-        for name, unit, power in (("speed", "rad/s", 1), ("acceleration", "rad/s²", 2), ("torque", "N m", 2)):
+        for name, (unit, power) in FALLS.items():
             most = getattr(link, f"max_{name}")
             if most is not None:
                 to, taken = partial(_with, task, k, f"max_{name}"), partial(_largest, k, name)

@@ -43,25 +43,25 @@ class LinkClearance:
         return max(workspace.margin - self.least, -self.within - 2 * EDGE * workspace.size, 0.0)
 
 
-def link_clearance(workspace: Workspace, path: JointPath | JointMotion) -> LinkClearance:
-    """The distance of every link from every obstacle over the motion, from below.
+def link_clearance(workspace: Workspace, path: JointPath | JointMotion, rough: bool = False) -> LinkClearance:
+    """The distance of every link from every obstacle over the motion, from below, to a millionth of the arm.
 
-    To a millionth of the arm where it is the margin; less exactly the farther it is from it.
+    Where it is less than the margin it is found less exactly; where rough will do, so it is where it is more.
 
     On an interval a link is no nearer than it is at the middle less what it may move there, `Workspace.swept`.
     """
     within, calm = (math.inf, True) if isinstance(path, JointMotion) else (reach_clearance(path), steady(path))
     if not workspace.obstacles:
         return LinkClearance(np.inf, 0.0, within, calm)
-    proved, at = _least(workspace, path, workspace.clearance, workspace.swept, workspace.margin)
+    proved, at = _least(workspace, path, workspace.clearance, workspace.swept, workspace.margin, rough)
     return LinkClearance(proved, at, within, calm)
 
 
-def self_clearance(workspace: Workspace, path: JointPath | JointMotion) -> tuple[float, float]:
-    """The least distance of links that keep clear of each other [m], and about when [s]; infinite where none do."""
+def self_clearance(workspace: Workspace, path: JointPath | JointMotion, rough: bool = False) -> tuple[float, float]:
+    """The same of links that keep clear of each other [m], and about when it is [s]; infinite where none do."""
     if not workspace.pairs:
         return math.inf, 0.0
-    return _least(workspace, path, workspace.apart, workspace.turned_apart, workspace.self_margin or 0.0)
+    return _least(workspace, path, workspace.apart, workspace.turned_apart, workspace.self_margin or 0.0, rough)
 
 
 def _least(
@@ -70,12 +70,13 @@ def _least(
     apart: Callable[[Array], Array],
     moved: Callable[[Array], Array],
     margin: float,
+    rough: bool,
 ) -> tuple[float, float]:
     """The least of distances over the whole motion [m], from below, and about when [s].
 
     Args:
         apart: distances of absolute angles, (m, n) -> (m, p);  moved: what they change by at most within a spread.
-        margin: below which they are found less exactly.
+        margin: below which they are found less exactly;  rough: whether above it, too.
     """
     cuts = np.union1d(np.linspace(0, path.duration, FIRST + 1), path.changes)
     low, high = cuts[:-1], cuts[1:]
@@ -89,8 +90,8 @@ def _least(
         if np.min(now) < least:
             least, at = float(np.min(now)), float(middle[np.argmin(now)])
         bound = np.min(links - moved(path.spread(low, high)), axis=1)
-        spare = ROUGH * (margin - least) if least < margin else min(SPARE * (least - margin), ENOUGH * size)
-        fine = max(FINE * size, spare)
+        beyond = min(SPARE * (least - margin), ENOUGH * size) if rough else 0.0
+        fine = max(FINE * size, ROUGH * (margin - least) if least < margin else beyond)
         done = (bound >= least - fine) | (high - low <= 1e-9 * path.duration) | (count > MOST)
         proved = min(proved, float(np.min(bound[done], initial=np.inf)))
         low, middle, high = low[~done], middle[~done], high[~done]

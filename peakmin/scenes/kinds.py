@@ -171,10 +171,11 @@ class ArmScene:
         apart = [np.abs((last - one + np.pi) % (2 * np.pi) - np.pi) for one in wanted]
         return bool(begun) and min(float(np.max(one)) for one in apart) < LANDED
 
-    def kept(self, motion: JointMotion | JointPath) -> ArmKept:
-        clear, most = link_clearance(self.workspace, motion), extremes(motion)
+    def kept(self, motion: JointMotion | JointPath, rough: bool = False) -> ArmKept:
+        """rough: whether distances above what is asked need not be found exactly."""
+        clear, most = link_clearance(self.workspace, motion, rough), extremes(motion)
         out = [] if clear.short(self.workspace) == 0 else [_too_close(clear, self.workspace)]
-        least, at = self_clearance(self.workspace, motion)
+        least, at = self_clearance(self.workspace, motion, rough)
         short = (self.task.arm.self_margin or 0.0) - least
         if short > 0:
             said = f"arm.self_margin: two links come {short:.6g} m too close to each other about {at:.4g} s"

@@ -183,12 +183,12 @@ class JointSearch:
         q, v = self.states(begin, held)
         s = np.linspace(0, 1, LOOKS)[:, None, None] / self.holds
         theta, workspace = np.cumsum(q[:-1] + s * (v[:-1] + s / 2 * held), axis=-1), self.workspace
-        out = np.full((2, self.holds), -np.inf)
+        out = [np.full((1, self.holds, 1), -np.inf)] * 2
         if workspace.obstacles:
-            out[0] = workspace.margin - np.min(workspace.clearance(theta), axis=(0, 2))
+            out = [workspace.margin - workspace.clearance(theta), *out[1:]]
         if workspace.pairs:
-            out[1] = (workspace.self_margin or 0.0) - np.min(workspace.apart(theta), axis=(0, 2))
-        return out
+            out = [*out[:1], (workspace.self_margin or 0.0) - workspace.apart(theta)]
+        return np.stack([np.max(one, axis=-1).max(axis=0) for one in out])
 
     def _merit(self, about: Linear) -> tuple[float, float]:
         """What is made least, and what is not kept."""

@@ -150,7 +150,7 @@ class Planner:
         found: list[Motion] = []
         until = part(self.until, LEFT, math.inf)
         for passage in passages:
-            for way in self._every(passage, known.get(passage.indices, [])):
+            for way in self._every(passage, known.get(passage.indices, []), until):
                 if found and (over(until) or self._least(found)):
                     break
                 search = self.search(way.angles[0], way.angles[-1], COARSE, until)
@@ -178,7 +178,7 @@ class Planner:
         return Motion(way, begin, held, peak, missing + max(through, 0.0))
 
     def finished(self, motions: list[Motion]) -> list[Joints]:
-        """Motions with more holds, each with what it keeps, best first."""
+        """The best of motions with more holds; none where there are none."""
         out: list[Joints] = []
         for motion in motions:
             if out and over(self.until):
@@ -191,7 +191,7 @@ class Planner:
             made = self._finer(motion) if self._pays else self.as_it_is(motion)
             if made is not None:
                 out.append(made)
-        return sorted(out, key=lambda one: (one.kept is None or not one.kept.passed, one.peak))
+        return sorted(out, key=lambda one: (one.kept is None or not one.kept.passed, one.peak))[:1]
 
     @property
     def _pays(self) -> bool:
@@ -206,10 +206,10 @@ class Planner:
     def _found(self, motion: Motion, search: JointSearch, held: Array) -> Joints:
         made, passage = search.motion(motion.begin, held), motion.way.passage
         nothing, job = np.zeros(0), self.job.made(0)
-        kept = self.scene.kept(made)
+        kept = self.scene.kept(made, rough=True)
         return Found(passage.maneuver, nothing, made, made.peak[0], job, indices=passage.indices, kept=kept)
 
-    def _every(self, passage: Passage, known: list[Array]) -> Iterator[Way]:
+    def _every(self, passage: Passage, known: list[Array], until: float) -> Iterator[Way]:
         every = list(ways(self.scene, passage, iter(known)))
         yield from every
         if not every:
@@ -221,6 +221,8 @@ class Planner:
         ranges = np.array([link.limits or (-math.inf, math.inf) for link in links])
         bent: list[tuple[float, float, Array]] = []
         for _ in range(BENT):
+            if over(until):
+                return
             once, twice = rng.normal(size=(2, straight.shape[1])) * WIDE
             angles = np.clip(straight + np.sin(s) * once + np.sin(2 * s) * twice / 2, *ranges.T)
             peak, missing = look.score(angles[0], look.along(angles))
@@ -263,12 +265,13 @@ class Planner:
         cost = COST * search.moment(begin, held)
         for k in range(MENDED):
             held = search.improved(begin, held, DEARER**k * cost)
-            now = with_proof(self._found(motion, search, held), plan.proof, self.job, self, plan.made.nodes)
+            now = self._found(motion, search, held)
             made, kept = now.motion, now.kept
             assert kept is not None
             assert isinstance(made, JointMotion)
             if kept.passed and now.peak <= most:
-                other = plan_of(self.scene, self.job.settings, now)
+                calm = with_proof(now, plan.proof, self.job, self, plan.made.nodes)
+                other = plan_of(self.scene, self.job.settings, calm)
                 best = other if other.keeps and other.peak_moment < best.peak_moment else best
                 break
             if over(self.job.until):
@@ -312,8 +315,7 @@ def _worth_it(motions: list[Motion]) -> list[Motion]:
 
 
 def with_proof(found: Joints, proof: ArmProof, job: Job, planner: Planner, boxes: int) -> Joints:
-    """What was found, with what proves that there is no better one."""
+    """What was found, with what proves that there is no better one, to be looked at exactly."""
     made = job.made(boxes)
-    return replace(
-        found, proof=proof, made=replace(made, solves=made.solves + planner.steps, compilations=len(planner.programs))
-    )
+    told = replace(made, solves=made.solves + planner.steps, compilations=len(planner.programs))
+    return replace(found, proof=proof, made=told, kept=None)
