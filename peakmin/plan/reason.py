@@ -41,4 +41,4 @@ def stopped(plan: Plan) -> str | None:
     """When the time limit, or Ctrl-C, ended the search, and with which gap; None of one that came to its end."""
     if not plan.made.stopped:
         return None
-    return f"after {plan.made.seconds:.3g} s" + (f" with a gap of {plan.gap:.2e}" if math.isfinite(plan.peak) else "")
+    return f"after {plan.made.seconds:.3g} s" + (f" with a gap of {plan.gap:.2e}" if plan.keeps else "")

@@ -21,6 +21,7 @@ from .repairs import Change, Repair, Trials, changed, downwards, left_out, longe
 FALLS = {"speed": ("rad/s", 1), "acceleration": ("rad/s²", 2), "torque": ("N m", 2)}
 MARGINS = (0.5, 0.25, 0.1, 0.0)  # shares of a margin that are tried, in this order
 SLOWER = 1.002  # times the duration that time scaling asks for: what a control on holds needs more
+HALVINGS = 2  # between a limit and one that is enough
 STEP, TRIES = 0.15, 3  # by how much longer it is made where that is not enough, and how often
 
 
@@ -194,12 +195,25 @@ def slower(task: ArmManeuver, trials: Trials, limits: list[Limit]) -> Iterator[R
 
 
 def widened(task: ArmManeuver, trials: Trials, limit: Limit) -> Iterator[Repair]:
-    """One limit made as wide as a motion that was found without it takes, if the task is then solved."""
+    """One limit made as wide as a motion that was found without it takes, if the task is then solved; halved in on."""
     free = limit.to(None)
     plan = None if free is None or trials.over else trials.plan(free)
     if plan is None or not plan.keeps or plan.extremes is None:
         return
-    asked, value = limit.asked, limit.taken(plan.extremes)
+    best = _with_other(trials, limit, limit.taken(plan.extremes))
+    if best is not None and isinstance(limit.asked, float):
+        low, high = limit.asked, limit.asked * (1 + best.cost)
+        for _ in range(HALVINGS):
+            middle = upwards((low + high) / 2)
+            better = None if trials.over else _with_other(trials, limit, middle)
+            low, high, best = (middle, high, best) if better is None else (low, middle, better)
+    if best is not None:
+        yield best
+
+
+def _with_other(trials: Trials, limit: Limit, value: float | tuple[float, float]) -> Repair | None:
+    """The task with another number for a limit, if it is solved so."""
+    asked = limit.asked
     if isinstance(asked, tuple) and isinstance(value, tuple):
         said = f"[{asked[0]:.6g}, {asked[1]:.6g}] {limit.unit} are too narrow: [{value[0]:.6g}, {value[1]:.6g}]"
         cost = (value[1] - value[0]) / (asked[1] - asked[0]) - 1
@@ -208,10 +222,14 @@ def widened(task: ArmManeuver, trials: Trials, limit: Limit) -> Iterator[Repair]
         assert isinstance(value, float)
         said, cost = f"{asked:.6g} {limit.unit} is too little: {value:.6g}", value / asked - 1
     other = limit.to(value)
-    if other is not None and cost > 0 and not trials.over:
-        tried_out = trials.solve(other)
-        if tried_out.keeps:
-            yield Repair(limit.field, f"{limit.field} {said} {limit.unit} would do", other, tried_out.peak, cost)
+    if other is None or cost <= 0 or trials.over:
+        return None
+    found = trials.solve(other)
+    return (
+        Repair(limit.field, f"{limit.field} {said} {limit.unit} would do", other, found.peak, cost)
+        if found.keeps
+        else None
+    )
 
 
 def upwards_signed(x: float) -> float:

@@ -182,6 +182,7 @@ def table(rows: list[Compared]) -> str:
     lines = [f"  {'way':18}  peak [m/s²]   base force [N]   times the bound   clearance [m]   not kept"]
     for row in rows:
         clear = f"{row.clearance:13.4f}" if np.isfinite(row.clearance) else " " * 12 + "-"
-        line = f"  {row.name:18}  {row.peak:11.5f}   {row.force:14.5f}   {row.ratio:15.4f}   {clear}"
+        ratio = "-" if row.excess else f"{row.ratio:.4f}"  # of what does not keep all it says nothing
+        line = f"  {row.name:18}  {row.peak:11.5f}   {row.force:14.5f}   {ratio:>15}   {clear}"
         lines.append(f"{line}   {row.excess}" if row.excess else line)
     return "\n".join(lines)

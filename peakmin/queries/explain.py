@@ -66,7 +66,9 @@ class Explanation:
         said = "; or ".join(repair.text for repair in self.repairs) or none
         late = "" if self.complete else "\n(it ended before fewer entries and other changes were looked for)"
         verb = "conflict" if self.proved else "in the way"
-        return f"{', '.join(self.conflict)} {verb}: {self.because}\n{said}{late}"
+        why = self.because.split("; ")
+        because = f" {why[0]}" if len(why) == 1 else "".join(f"\n  {one}" for one in why)
+        return f"{', '.join(self.conflict)} {verb}:{because}\n{said}{late}"
 
 
 def explain(task: Task | Plan, settings: Settings | None = None) -> Explanation | None:

@@ -82,8 +82,13 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
 
 
 def best_plan(every: list[ArmPlan]) -> ArmPlan:
-    """The one that keeps all that was asked, then that of least peak."""
-    return min(every, key=lambda plan: (not plan.keeps, plan.kept is None or not plan.kept.passed, plan.peak))
+    """The one that keeps all that was asked, then that of least peak; of those that do not, one that stands free."""
+
+    def order(plan: ArmPlan) -> tuple[bool, bool, bool, bool, float]:
+        passed = plan.kept is not None and plan.kept.passed
+        return not plan.keeps, not passed, not plan.free, not passed and math.isinf(plan.peak_moment), plan.peak
+
+    return min(every, key=order)
 
 
 def _floor(scene: ArmScene) -> float:

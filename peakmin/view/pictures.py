@@ -9,7 +9,7 @@ from ..plan.plan import Plan
 from ..spec.task import Task
 from .animation import frames_of, gif
 from .kinds import kind_of
-from .style import sheet
+from .style import RED, sheet
 
 if TYPE_CHECKING:
     from .pyplot import Axes, Figure
@@ -29,7 +29,11 @@ def overview(plan: Plan) -> Figure:
     painters = [kind.place, *(kind.panels if plan.trajectory is not None else ())]
     columns = min(len(painters), 2)
     size = (PANEL[0] * columns, PANEL[1] * -(-len(painters) // columns))
-    return sheet(*(partial(draw, plan) for draw in painters), size=size, columns=columns)
+    figure = sheet(*(partial(draw, plan) for draw in painters), size=size, columns=columns)
+    if plan.trajectory is not None and not plan.keeps:
+        missing = [one.words.split(":")[0] for one in (plan.kept.excesses if plan.kept is not None else ())]
+        figure.suptitle(f"{plan.status}: does not keep {', '.join(dict.fromkeys(missing)) or 'max_peak'}", color=RED)
+    return figure
 
 
 def figures(plan: Plan) -> dict[str, Figure]:

@@ -149,21 +149,22 @@ def arm_facts(plan: ArmPlan) -> list[str]:
 
 
 def _joint_peaks(plan: ArmPlan) -> list[str]:
-    """What the base and every joint feel and do at most at any instant, beside their limits; how near to singular."""
-    found = plan.extremes
-    if found is None:
+    """What the base and every joint feel and do at most at any instant, beside their limits; how near to singular.
+
+    Limits in brackets are not given: what counts in their place.
+    """
+    found, may = plan.extremes, plan.allowed
+    if found is None or may is None:
         return []
     bound = "" if plan.maneuver.max_moment is None else f" of {plan.maneuver.max_moment:.4g}"
     lines = [line("base moment", f"{found.moment:.5g}{bound} N m at most")]
     for k, link in enumerate(plan.maneuver.arm.links):
         of = "" if link.limits is None else f" of {link.limits[0]:.4g} to {link.limits[1]:.4g}"
         said = [f"{found.low[k]:.4g} to {found.high[k]:.4g}{of} rad"]
-        for size, most, unit in (
-            (found.speed[k], link.max_speed, "rad/s"),
-            (found.acceleration[k], link.max_acceleration, "rad/s²"),
-            (found.torque[k], link.max_torque, "N m"),
-        ):
-            said.append(f"{size:.4g}{'' if most is None else f' of {most:.4g}'} {unit}")
+        for name, unit in (("speed", "rad/s"), ("acceleration", "rad/s²"), ("torque", "N m")):
+            size, most = getattr(found, name)[k], f"{getattr(may, name)[k]:.4g}"
+            of = f"({most})" if getattr(link, f"max_{name}") is None else most
+            said.append(f"{size:.4g} of {of} {unit}" if math.isfinite(size) else f"no bound known, of {of} {unit}")
         lines.append(line(f"joint {k + 1}", ", ".join(said)))
     return [*lines, line("singular", f"{found.singular:.3g} m from it at least (of dc/dq)")]
 
@@ -202,8 +203,8 @@ def arm_tries(plan: ArmPlan) -> list[str]:
 
 
 def arm_finer(plan: ArmPlan) -> list[str]:
-    """What a motion that is better by a little may need: it does not help one that but for limits is as asked."""
-    return [] if plan.exceeded and plan.free else finer(plan)
+    """What lets a smaller peak be asked for: joints have holds of their own, finer settings do not help."""
+    return ["a larger max_peak, or a longer duration"] if plan.peak > plan.maneuver.limit else []
 
 
 # all
