@@ -256,7 +256,7 @@ def by_hand(name):
             {"obstacles[0]": "m", "max_speed": "m/s", "region": "m"},
         ),
         ("two_link", {"obstacles": 0.01}, {"obstacles": "m"}),
-        ("two_link", {"max_speed": 0.1}, {"arm.links[1].max_speed": "rad/s"}),
+        ("two_link", {"max_speed": 0.26}, {"arm.links[1].max_speed": "rad/s"}),
         ("two_link", {"limits": (-2.29, 0.0)}, {"arm.links[1].limits": "rad"}),
         ("two_link", {"turned": (2.0, 2.5)}, {"arm": "m"}),
     ],
