@@ -7,6 +7,7 @@ import peakmin as pm
 from peakmin.robots.dynamics import PlanarRobot
 from peakmin.robots.joints import torques
 from peakmin.robots.separation import convex_pieces, separations
+from tests.conftest import ALL
 
 LINKS = (
     {"length": 0.9, "mass": 8, "half_width": 0.05, "limits": (-3, 3), "max_speed": 2},
@@ -59,7 +60,7 @@ def test_separations_and_their_derivatives():
 
 def test_three_links_go_around_a_block_within_their_limits():
     task = around_the_shelf()
-    plan = pm.solve(task)
+    plan = pm.solve(task, pm.Settings(time_limit=None if ALL else 3.0))
     assert plan.keeps
     assert pm.verify(plan.to_json()).passed
     t = np.linspace(0, 4, 10_000)
