@@ -21,7 +21,7 @@ from ..robots.link_clearance import LinkClearance, link_clearance
 from ..robots.workspace import Contact, Workspace
 from ..scenes.arm_proof import ArmProof
 from ..scenes.kept import Kept
-from ..scenes.kinds import Allowed, ArmKept, ArmScene, allowed, beyond_limits, scene_of
+from ..scenes.kinds import Allowed, ArmKept, ArmScene, allowed, scene_of
 from ..scenes.passages import Passage
 from ..spec.arm import ArmManeuver, ArmTask
 from ..spec.settings import Settings
@@ -196,10 +196,9 @@ class ArmPlan(Plan):
 
     @cached_property
     def exceeded(self) -> list[str]:
-        """Joint limits and speeds that the motion does not keep, in words."""
-        if self.joints is None or self.extremes is None:
-            return []
-        return [one.words for one in beyond_limits(self.maneuver, self.joints, self.extremes)]
+        """What of its own limits, of the base's moment and of links' distances the motion does not keep, in words."""
+        excesses = () if self.kept is None else self.kept.excesses
+        return [one.words for one in excesses if one.field not in ("obstacles", "arm")]
 
     @cached_property
     def extremes(self) -> Extremes | None:

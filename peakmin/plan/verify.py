@@ -25,7 +25,6 @@ from .older import SINCE_3, stated
 from .plan import KEEPS, Plan
 
 SAME = 1e-9  # relative difference up to which a number counts as the one stated
-PRINTED = 1.5e-4  # of a number in a sentence, absolute below one, else relative
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
@@ -180,8 +179,16 @@ def _said_alike(a: str, b: str) -> bool:
     """Whether two sentences are the same but for the last digits of their numbers."""
     if NUMBER.sub("", a) != NUMBER.sub("", b):
         return False
-    pairs = zip(NUMBER.findall(a), NUMBER.findall(b), strict=False)
-    return all(abs(float(x) - float(y)) <= max(PRINTED, PRINTED * abs(float(y))) for x, y in pairs)
+    first, second = NUMBER.findall(a), NUMBER.findall(b)
+    same = len(first) == len(second)
+    return same and all(abs(float(x) - float(y)) <= _last(y) for x, y in zip(first, second, strict=True))
+
+
+def _last(number: str) -> float:
+    """By how much a printed number may differ: its last place and a half, nothing of an integer."""
+    digits, _, power = number.partition("e")
+    _, point, decimals = digits.partition(".")
+    return 1.5 * 10.0 ** (int(power or 0) - len(decimals)) if point or power else 0.0
 
 
 def moved(plan: Plan, motion: Trajectory) -> list[str]:

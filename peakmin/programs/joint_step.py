@@ -122,7 +122,8 @@ class JointStep:
         beyond, over, short = slacks  # of the peak, of torques, of distances
         kept = [self._trust - _flat(self._q[1:-1]), self._trust + _flat(self._q[1:-1])]
         for sign, (some, bound) in ((1, high), (-1, low)):
-            for x in (q, q[:-1] + h / 2 * v[:-1]) if len(some) else ():
+            # the ends are as asked, and may be at a limit
+            for x in (q[1:-1], q[1:-1] + h / 2 * v[1:-1]) if len(some) else ():
                 kept.append(sign * _flat(np.ones((x.shape[0], 1)) @ bound - x[:, some]))
         for x, (some, bound) in ((v, speed), (a, acceleration)):
             if len(some):

@@ -19,6 +19,7 @@ from .repairs import Change, Repair, Trials, changed, downwards, left_out, longe
 
 # of what a joint does at most: its unit, and by which power of the duration's factor it falls
 FALLS = {"speed": ("rad/s", 1), "acceleration": ("rad/s²", 2), "torque": ("N m", 2)}
+NARROWER = (0.9, 0.5)  # shares of the margin between links that are tried
 MARGINS = (0.5, 0.25, 0.1, 0.0)  # shares of a margin that are tried, in this order
 SLOWER = 1.002  # times the duration that time scaling asks for: what a control on holds needs more
 HALVINGS = 2  # between a limit and one that is enough
@@ -47,8 +48,8 @@ class ArmReasons(Reasons):
     def bound(self, kept: list[str]) -> float | None:
         every = zip(self.obstacles, self.task.obstacles, strict=True)
         fewer = changed(self.task, obstacles=tuple(one for name, one in every if name in kept))
-        if self.slow is not None:
-            return math.inf  # whatever stands there
+        if self.slow is not None:  # obstacles may leave no other posture
+            return math.inf if scene_of(fewer).impossible() is not None else None
         if self.shut:
             return math.inf if closed(fewer) else None
         tried_out = self.trials.solve(fewer)
@@ -57,7 +58,7 @@ class ArmReasons(Reasons):
     def named(self, kept: list[str]) -> tuple[tuple[str, ...], str]:
         task = self.task
         if self.slow is not None:
-            return self.slow.fields, self.slow.because
+            return (*kept, *self.slow.fields), self.slow.because
         if self.shut:
             margin = ("margin",) if task.margin and not closed(changed(task, margin=0.0)) else ()
             return (*kept, *margin), "the links cannot get past from start to goal, whatever they do"
@@ -69,11 +70,14 @@ class ArmReasons(Reasons):
 
     def repairs(self, fields: tuple[str, ...]) -> Iterator[Repair]:
         if self.slow is not None:
-            return self._faster(self.slow)
+            return self._faster(self.slow, fields)
         return self._opened(fields) if self.shut else self._slower()
 
-    def _faster(self, slow: Impossible) -> Iterator[Repair]:
-        """A longer duration, or limits made as wide as a motion takes."""
+    def _faster(self, slow: Impossible, fields: tuple[str, ...]) -> Iterator[Repair]:
+        """A longer duration, limits made as wide as a motion takes, or an obstacle left out."""
+        for i, name in enumerate(self.obstacles):
+            if name in fields:
+                yield from self.trials.repair(left_out(self.task, i), 1.0)
         limits = [limit for limit in given_limits(self.task) if limit.power]
         yield from slower(self.task, self.trials, limits)
         for limit in limits:
@@ -119,8 +123,23 @@ class ArmReasons(Reasons):
             without = [repair for i in range(len(task.obstacles)) for repair in trials.repair(left_out(task, i), 1.0)]
             found += without
             fields += tuple(repair.field for repair in without) or ("obstacles",)
+        if any(one.field == "arm.self_margin" for one in excesses):
+            fields += ("arm.self_margin",)
+            found += (repair for share in NARROWER for repair in _closer(task, trials, share))
         because = "; ".join(plan.exceeded) or "no motion was found that keeps them"
         return InTheWay(fields, because, found) if fields else None
+
+
+def _closer(task: ArmManeuver, trials: Trials, share: float) -> Iterator[Repair]:
+    """A share of the margin between links, if the task is solved with it."""
+    margin = task.arm.self_margin or 0.0
+    less = Change(
+        "arm.self_margin",
+        lambda x: tried(task, arm=task.arm.model_copy(update={"self_margin": x * margin})),
+        lambda x: f"arm.self_margin {margin:.6g} m: {float(x) * margin:.6g} m would do",
+        lambda x: 1 - x,
+    )
+    yield from trials.repair(less, share)
 
 
 @dataclass(frozen=True)
@@ -191,7 +210,7 @@ def slower(task: ArmManeuver, trials: Trials, limits: list[Limit]) -> Iterator[R
         most = limit.taken(plan.extremes)
         if limit.power and isinstance(most, float) and isinstance(limit.asked, float):
             factors.append((most / limit.asked) ** (1 / limit.power))
-    yield from trials.repair(longer(task, STEP), SLOWER * task.duration * max(factors), TRIES)
+    yield from trials.repair(longer(task, STEP, ""), SLOWER * task.duration * max(factors), TRIES)
 
 
 def widened(task: ArmManeuver, trials: Trials, limit: Limit) -> Iterator[Repair]:
@@ -215,12 +234,12 @@ def _with_other(trials: Trials, limit: Limit, value: float | tuple[float, float]
     """The task with another number for a limit, if it is solved so."""
     asked = limit.asked
     if isinstance(asked, tuple) and isinstance(value, tuple):
-        said = f"[{asked[0]:.6g}, {asked[1]:.6g}] {limit.unit} are too narrow: [{value[0]:.6g}, {value[1]:.6g}]"
+        said = f"[{asked[0]:.6g}, {asked[1]:.6g}] {limit.unit}: [{value[0]:.6g}, {value[1]:.6g}]"
         cost = (value[1] - value[0]) / (asked[1] - asked[0]) - 1
     else:
         assert isinstance(asked, float)
         assert isinstance(value, float)
-        said, cost = f"{asked:.6g} {limit.unit} is too little: {value:.6g}", value / asked - 1
+        said, cost = f"{asked:.6g} {limit.unit}: {value:.6g}", value / asked - 1
     other = limit.to(value)
     if other is None or cost <= 0 or trials.over:
         return None

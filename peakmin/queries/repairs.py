@@ -174,10 +174,10 @@ def raised(task: T, limit: float, more: float = 5 * FINEST) -> Change[T]:
     )
 
 
-def longer(task: T, more: float = 5 * FINEST) -> Change[T]:
-    """A duration of x [s]."""
+def longer(task: T, more: float = 5 * FINEST, short: str = " is too short") -> Change[T]:
+    """A duration of x [s]; short: what is said of the one asked for, nothing where it is not proved."""
     D = task.duration
-    words = f"duration {D:.6g} s is too short: {{}} s would do".format
+    words = f"duration {D:.6g} s{short}: {{}} s would do".format
     return Change("duration", lambda x: tried(task, duration=x), words, lambda x: x / D - 1, more)
 
 

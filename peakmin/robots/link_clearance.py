@@ -57,11 +57,11 @@ def link_clearance(workspace: Workspace, path: JointPath | JointMotion, rough: b
     return LinkClearance(proved, at, within, calm)
 
 
-def self_clearance(workspace: Workspace, path: JointPath | JointMotion, rough: bool = False) -> tuple[float, float]:
-    """The same of links that keep clear of each other [m], and about when it is [s]; infinite where none do."""
+def self_clearance(workspace: Workspace, path: JointPath | JointMotion) -> tuple[float, float]:
+    """The same, roughly, of links that keep clear of each other [m], and about when [s]; infinite where none do."""
     if not workspace.pairs:
         return math.inf, 0.0
-    return _least(workspace, path, workspace.apart, workspace.turned_apart, workspace.self_margin or 0.0, rough)
+    return _least(workspace, path, workspace.apart, workspace.turned_apart, workspace.self_margin or 0.0, True)
 
 
 def _least(

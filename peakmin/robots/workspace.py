@@ -18,6 +18,7 @@ from shapely.geometry.base import BaseGeometry
 
 from ..types import Array
 from .kinematics import ANGLE, Chain, Pair
+from .separation import self_separations
 
 Geometries = NDArray[np.object_]  # of shapely
 FREE, OPEN, BLOCKED = 1, 0, -1
@@ -81,10 +82,15 @@ class Workspace:
         return np.asarray(shapely.linestrings(np.stack([points[..., :-1, :], points[..., 1:, :]], axis=-2)))
 
     def apart(self, theta: Array) -> Array:
-        """Distance [m] of the links of every pair from each other, (..., n) -> (..., p); negative where widths meet."""
+        """Distance [m] of the links of every pair from each other, (..., n) -> (..., p); negative where they meet."""
         lines, width = self._lines(theta), self.chain.half_width
         i, j = np.array(self.pairs, dtype=int).reshape(-1, 2).T
-        return np.asarray(shapely.distance(lines[..., i], lines[..., j]) - width[i] - width[j])
+        out = np.asarray(shapely.distance(lines[..., i], lines[..., j]) - width[i] - width[j])
+        crossed = np.any(out <= -width[i] - width[j], axis=-1)
+        if np.any(crossed):  # by how much they do
+            deep, _ = self_separations(self.chain, np.asarray(theta)[crossed].reshape(-1, self.chain.links), self.pairs)
+            out[crossed] = np.minimum(out[crossed], deep)
+        return out
 
     def turned_apart(self, spread: Array) -> Array:
         """How far [m] the links of a pair may move against each other, angles within d_k [rad]; (..., n) -> (..., p).

@@ -61,8 +61,10 @@ def _joint_slow(task: ArmManeuver, k: int, start: Array, goal: Array) -> dict[st
     link, T = task.arm.links[k], task.duration
     low, high = link.limits or (-math.inf, math.inf)
     begin, end = (float(np.diff(x, prepend=0.0)[k]) for x in (start, goal))
-    turns = [end + math.tau * (round((begin - end) / math.tau) + i) for i in (-1, 0, 1)]
-    ways = [abs(x - begin) for x in turns if low - ANGLE <= x <= high + ANGLE]
+    begins = [begin] if task.start.joints else [begin + math.tau * i for i in (-1, 0, 1)]
+    begins = [x for x in begins if low - ANGLE <= x <= high + ANGLE]
+    turns = [end + math.tau * (round((begin - end) / math.tau) + i) for i in (-2, -1, 0, 1, 2)]
+    ways = [abs(x - y) for x in turns if low - ANGLE <= x <= high + ANGLE for y in begins]
     V, A = link.max_speed or math.inf, link.max_acceleration or math.inf
     most = A * T**2 / 4 if A * T / 2 <= V else V * T - V**2 / A
     if not ways or min(ways) * (1 - SLACK) <= most:

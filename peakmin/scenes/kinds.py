@@ -36,7 +36,8 @@ PointProof = Proof | BlockProof | ListedProof
 LIMITED, UNITS = ("max_speed", "max_acceleration", "max_torque"), ("rad/s", "rad/s^2", "N m")
 TIMES = 10.0  # what the straight motion of the joints needs: the most where an arm states nothing
 INSTANTS = 400  # of the straight motion
-GRAIN, TINY = 1e-9, 1e-12  # relative and absolute: rounding errors of a joint at its limit
+GRAIN, TINY = 1e-9, 1e-12  # relative, and of the task's own units: rounding errors of a joint at its limit
+ARRIVED = 1e-9  # of the largest joint speed: what a sum of held accelerations may leave at the goal
 BESIDE, REST = 1e-7, 1e-3  # of the duration, and of the largest joint speed: what counts as at rest
 LANDED = 1e-5  # rad: close to a stretched arm angles go with the root of a distance
 
@@ -166,6 +167,8 @@ class ArmScene:
         speeds = np.max(np.abs(np.diff(motion.rates(inside)[1], axis=-1, prepend=0.0)), axis=-1)
         if not max(speeds[0], speeds[-1]) <= REST * np.max(speeds):
             return False
+        if isinstance(motion, JointMotion) and not np.max(np.abs(motion.at_nodes[1][-1])) <= ARRIVED * np.max(speeds):
+            return False
         begun = np.max(np.abs(motion.absolute(0.0) - self.passages[indices].theta[0])) < LANDED
         wanted, last = postures(self.task.arm, self.task.goal), motion.absolute(motion.duration)
         apart = [np.abs((last - one + np.pi) % (2 * np.pi) - np.pi) for one in wanted]
@@ -175,7 +178,7 @@ class ArmScene:
         """rough: whether distances above what is asked need not be found exactly."""
         clear, most = link_clearance(self.workspace, motion, rough), extremes(motion)
         out = [] if clear.short(self.workspace) == 0 else [_too_close(clear, self.workspace)]
-        least, at = self_clearance(self.workspace, motion, rough)
+        least, at = self_clearance(self.workspace, motion)
         short = (self.task.arm.self_margin or 0.0) - least
         if short > 0:
             said = f"arm.self_margin: two links come {short:.6g} m too close to each other about {at:.4g} s"
@@ -249,14 +252,16 @@ def beyond(task: ArmManeuver, begin: Array, end: Array, found: Extremes) -> list
             name = f"arm.links[{k}].limits"
             out.append(Excess(name, most, "rad", f"{name}: the joint goes from {low:.6g} to {high:.6g} rad"))
     may = allowed(task, begin, end)
-    for name, what, unit in zip(LIMITED, ("speed", "acceleration", "torque"), UNITS, strict=True):
+    T, chain = task.duration, task.arm.chain
+    units = (1 / T, 1 / T**2, chain.total * (chain.size / T) ** 2)
+    for name, what, unit, size in zip(LIMITED, ("speed", "acceleration", "torque"), UNITS, units, strict=True):
         reached, most = getattr(found, what), getattr(may, what)
-        for k in np.flatnonzero(~(reached <= most * (1 + GRAIN) + TINY)).tolist():
+        for k in np.flatnonzero(~(reached <= most * (1 + GRAIN) + TINY * size)).tolist():
             field, at = f"arm.links[{k}].{name}", float(found.when[what][k])
             stated = getattr(task.arm.links[k], name) is not None
             why = "" if stated else f", above {most[k]:.3g} (not given: {TIMES:g} times the straight joint motion's)"
-            size = f"{reached[k]:.4g} {unit}" if np.isfinite(reached[k]) else f"no bounded {what}"
-            said = f"{field}: the joint reaches {size} about {at:.4g} s{why}"
+            much = f"{reached[k]:.4g} {unit}" if np.isfinite(reached[k]) else f"no bounded {what}"
+            said = f"{field}: the joint reaches {much} about {at:.4g} s{why}"
             out.append(Excess(field, float(reached[k] - most[k]), unit, said, stated))
     if task.max_moment is not None and not found.moment <= task.max_moment * (1 + GRAIN):
         said = f"max_moment: the base feels {found.moment:.6g} N m"

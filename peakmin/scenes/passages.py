@@ -380,12 +380,17 @@ def _elbow(theta: Array) -> float:
 def passages(asked: ArmManeuver, workspace: Workspace) -> list[Passage]:
     """Every free start configuration with every free goal configuration."""
     free = [
-        [k for k, theta in enumerate(postures(asked.arm, pose)) if workspace.touched(np.array(theta)) is None]
-        for pose in (asked.start, asked.goal)
+        [
+            k
+            for k, theta in enumerate(postures(asked.arm, getattr(asked, name)))
+            if not asked.unfit(name, theta, workspace)
+        ]
+        for name in ENDS
     ]
     return [Passage(asked, workspace, a, b) for a in free[0] for b in free[1]]
 
 
+ENDS: tuple[Literal["start", "goal"], ...] = ("start", "goal")
 SHALLOW = 1e-6  # of the arm: a path no further inside counts as touching
 TURNS, PLACES, STEPS = 24, 16, 120  # lines looked at: directions, places of the path, steps along each
 AT_ONCE = 64  # lines

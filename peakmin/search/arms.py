@@ -32,7 +32,7 @@ from ..spec.settings import GlobalSearch
 from ..types import Array
 from .course import Steered, steered
 from .job import Job
-from .planned import COARSE, Joints, Planner, with_proof
+from .planned import Joints, Planner, coarse, with_proof
 from .redundant import redundant
 from .tree import Candidate, Effort, Tree, raised
 from .turns import turn_along, turn_on
@@ -165,7 +165,7 @@ class ArmSearch:
             keeping = [passage.elbow] if passage.keeps else []
             every = [self._flood.way(passage.theta, elbow, limits) for elbow in (None, *keeping)]
             found[passage.indices] = [
-                JointWay(self.scene.workspace, way, self.scene.task.duration).timed(COARSE)
+                JointWay(self.scene.workspace, way, self.scene.task.duration).timed(coarse(self.scene))
                 for way in every
                 if way is not None
             ]

@@ -24,10 +24,13 @@ from ..types import Array
 from .job import Job
 from .joint_space import COST, STEPS, JointSearch, bang
 
-COARSE, FINE = 40, 80  # holds: of what is looked for, and of the answer
+# up to so many links there are so many holds: compiling goes with the square of holds, the fourth power of links
+HOLDS = ((6, 40), (10, 20), (math.inf, 10))
+FINER = 2  # times as many holds has the answer
 BENT, TRIED, WIDE = 120, 4, 1.2  # bent first motions: how many are looked at, tried, and how far they bend [rad]
 QUICK = 12  # steps from every start, before the best are looked at
 BEST, NEXT = 3, 3  # motions that are made finer, and those that are where none of these keeps what is asked
+SLOWER = 0.999  # of the largest speeds, that a first motion takes
 THROUGH = 0.01  # of the arm: how deep a link may be in something between the instants that a program looks at
 WORSE = 0.99  # a motion with fewer holds above this share of a better one's peak is not made finer
 MISSING = 1e-6  # [scaled] of what is not kept: what counts as nothing
@@ -41,6 +44,11 @@ SPARED, ROUNDING = 0.01, 1e-4  # relative: of a peak, what may be given for less
 
 
 Joints = Found[JointMotion | JointPath]
+
+
+def coarse(scene: ArmScene) -> int:
+    """Holds of motions that are looked for."""
+    return next(holds for links, holds in HOLDS if scene.workspace.chain.links <= links)
 
 
 @dataclass(frozen=True)
@@ -57,8 +65,10 @@ def ways(scene: ArmScene, passage: Passage, known: Iterator[Array]) -> Iterator[
     """
     begin = np.diff(passage.theta[0], prepend=0.0)
     for goal in _goals(scene, begin, np.diff(passage.theta[1], prepend=0.0)):
-        s = bang(np.linspace(0, 1, COARSE + 1))[:, None]
+        s = bang(np.linspace(0, 1, coarse(scene) + 1))[:, None]
         yield Way(passage, begin + s * (goal - begin))
+        if (steady := _steady(scene, begin, goal)) is not None:
+            yield Way(passage, steady)
         yield Way(passage, _lifted(scene, begin, goal, s))
     for angles in known:
         yield Way(passage, angles)
@@ -83,6 +93,23 @@ def _goals(scene: ArmScene, begin: Array, goal: Array) -> list[Array]:
             other[k] = each[1]
             found.append(other)
     return found
+
+
+def _steady(scene: ArmScene, begin: Array, goal: Array) -> Array | None:
+    """Joint angles that speed up as late and as little as their largest speeds let them: trapezoids of their speeds.
+
+    None where half of the time each, faster and slower, is within these.
+    """
+    t, T = np.linspace(0, 1, coarse(scene) + 1)[:, None], scene.task.duration
+    most = np.array([link.max_speed or math.inf for link in scene.task.arm.links]) * T * SLOWER
+    way = np.abs(goal - begin)
+    if not np.any(way * 2 > most):
+        return None
+    ramp = np.clip(1 - way / most, 1 / coarse(scene), 0.5)  # of the time, faster and slower each
+    reached = np.where(
+        t < ramp, t**2 / (2 * ramp), np.where(t < 1 - ramp, t - ramp / 2, 1 - ramp - (1 - t) ** 2 / (2 * ramp))
+    )
+    return np.asarray(begin + (goal - begin) * reached / (1 - ramp))
 
 
 def _lifted(scene: ArmScene, begin: Array, goal: Array, shares: Array) -> Array:
@@ -124,7 +151,8 @@ class Planner:
         """floor: a peak [m/s^2] that no motion is below."""
         self.scene, self.job, self.until, self.floor = scene, job, until, floor
         self.programs: dict[tuple[object, ...], JointStep] = {}
-        self.steps = 0
+        self.steps, self.coarse = 0, coarse(scene)
+        self.fine = FINER * self.coarse
         self._scale = scene.size / scene.task.duration**2
         self._cost = COST * max(floor / self._scale, 1e-3)
 
@@ -153,14 +181,14 @@ class Planner:
             for way in self._every(passage, known.get(passage.indices, []), until):
                 if found and (over(until) or self._least(found)):
                     break
-                search = self.search(way.angles[0], way.angles[-1], COARSE, until)
+                search = self.search(way.angles[0], way.angles[-1], self.coarse, until)
                 found.append(self._further(search, way, search.along(way.angles), QUICK))
         every = _unlike(sorted(found, key=lambda one: one.order))
         best = _worth_it(every)[:BEST]
         others = [one for one in every if one not in best][:NEXT]
         for k, one in enumerate(best):
             if not self._least(best):
-                search = self.search(one.begin, one.way.angles[-1], COARSE, until)
+                search = self.search(one.begin, one.way.angles[-1], self.coarse, until)
                 best[k] = self._further(search, one.way, one.held, STEPS)
         return sorted(best, key=lambda one: one.order) + others
 
@@ -196,12 +224,12 @@ class Planner:
     @property
     def _pays(self) -> bool:
         """Whether the time left is enough for a program of the finest holds, which takes the longer to compile."""
-        coarse = max((one.compiled for (holds, *_), one in self.programs.items() if holds == COARSE), default=0.0)
-        return left(self.until) > COMPILED * (FINE / COARSE) ** 2 * coarse
+        took = max((one.compiled for (holds, *_), one in self.programs.items() if holds == self.coarse), default=0.0)
+        return left(self.until) > COMPILED * FINER**2 * took
 
     def as_it_is(self, motion: Motion) -> Joints:
         """A motion with the holds that it has, with what it keeps."""
-        return self._found(motion, self.search(motion.begin, motion.way.angles[-1], COARSE), motion.held)
+        return self._found(motion, self.search(motion.begin, motion.way.angles[-1], self.coarse), motion.held)
 
     def _found(self, motion: Motion, search: JointSearch, held: Array) -> Joints:
         made, passage = search.motion(motion.begin, held), motion.way.passage
@@ -215,8 +243,8 @@ class Planner:
         if not every:
             return
         straight, rng = every[0].angles, np.random.default_rng(0)
-        s = math.pi * bang(np.linspace(0, 1, COARSE + 1))[:, None]
-        look = self.search(straight[0], straight[-1], COARSE)
+        s = math.pi * bang(np.linspace(0, 1, self.coarse + 1))[:, None]
+        look = self.search(straight[0], straight[-1], self.coarse)
         links = self.scene.task.arm.links
         ranges = np.array([link.limits or (-math.inf, math.inf) for link in links])
         bent: list[tuple[float, float, Array]] = []
@@ -234,8 +262,8 @@ class Planner:
     def _finer(self, motion: Motion) -> Joints | None:
         """The same with more holds, as often as what it does not keep between instants asks for."""
         begin, end = motion.begin, motion.way.angles[-1]
-        search = self.search(begin, end, FINE)
-        held = np.repeat(motion.held, FINE // COARSE, axis=0)
+        search = self.search(begin, end, self.fine)
+        held = np.repeat(motion.held, FINER, axis=0)
         best: Joints | None = None
         for _ in range(MENDED):
             held = search.improved(begin, held, self._cost, self.floor / self._scale)
@@ -256,10 +284,12 @@ class Planner:
         path, passage = plan.joints, self.scene.passages[plan.indices]
         if path is None or not plan.keeps:
             return plan
-        begin, end, most = path.angles(0.0), path.angles(path.duration), (1 + SPARED) * plan.peak
-        most = min(most, self.scene.task.limit)
-        search = replace(self.search(begin, end, FINE), until=self.job.until, peak=most * (1 - ROUNDING))
-        angles = path.angles(np.linspace(0, path.duration, FINE + 1))
+        begin, end, accept = path.angles(0.0), path.angles(path.duration), self.job.settings.search.accept
+        most = min((1 + SPARED) * plan.peak, self.scene.task.limit)
+        if plan.status == "solved":  # and stays so
+            most = min(most, plan.lower_bound / (1 - accept))
+        search = replace(self.search(begin, end, self.fine), until=self.job.until, peak=most * (1 - ROUNDING))
+        angles = path.angles(np.linspace(0, path.duration, self.fine + 1))
         motion = Motion(Way(passage, angles), begin, search.along(angles), plan.peak, 0.0)
         held, best = motion.held, plan
         cost = COST * search.moment(begin, held)
@@ -277,7 +307,9 @@ class Planner:
             if over(self.job.until):
                 break
             stricter = self._stricter(search, kept.excesses, made)
-            search = replace(stricter, peak=min(most / now.peak, 1.0) * (search.peak or most) * (1 - ROUNDING))
+            search = replace(
+                stricter, peak=min(most / (now.peak or most), 1.0) * (search.peak or most) * (1 - ROUNDING)
+            )
         self.steps += search.count
         return best
 
@@ -304,7 +336,7 @@ def _unlike(motions: list[Motion]) -> list[Motion]:
     """Those that are not about as good as one before, which they mostly are the same as."""
     out: list[Motion] = []
     for one in motions:
-        if all(abs(one.peak / other.peak - 1) > ALIKE or one.missing > MISSING for other in out):
+        if all(abs(one.peak - other.peak) > ALIKE * other.peak or one.missing > MISSING for other in out):
             out.append(one)
     return out
 

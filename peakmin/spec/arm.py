@@ -178,9 +178,36 @@ class ArmManeuver(ArmTask):
         polygons = tuple(np.array(block.vertices) for block in self.obstacles)
         return Workspace(self.arm.chain, polygons, self.margin, self.arm.self_margin)
 
+    def unfit(self, name: Literal["start", "goal"], theta: tuple[float, ...], workspace: Workspace) -> str | None:
+        """What keeps a configuration of the start or the goal, absolute angles [rad], from being one; or None.
+
+        Its joints are out of their limits, it touches an obstacle, or links come too close to each other.
+        """
+        pose, place = getattr(self, name), np.array(theta)
+        beyond = _beyond(self.arm, pose, theta, exact=name == "start")
+        if beyond is not None:
+            return f"{name}.{beyond}"
+        hit = workspace.touched(place)
+        if hit is not None:
+            i, link, depth = hit
+            return (
+                f"obstacles[{i}]: was {depth:.4g} m from link {link + 1} at the {name}, must leave the arm "
+                f"{self.margin:g} m free there"
+            )
+        least = self.arm.self_margin
+        apart = workspace.apart(place) if least is not None and workspace.pairs else np.zeros(0)
+        if least is not None and np.min(apart, initial=math.inf) < least * (1 - 1e-12):
+            first, second = workspace.pairs[int(np.argmin(apart))]
+            return (
+                f"{name}: was links {first + 1} and {second + 1} {np.min(apart):.4g} m apart, must be at least "
+                f"arm.self_margin, {least:g} m"
+            )
+        return None
+
     @model_validator(mode="after")
     def _poses_exist(self) -> ArmManeuver:
-        for name, pose in (("start", self.start), ("goal", self.goal)):
+        ends: tuple[tuple[Literal["start", "goal"], Pose], ...] = (("start", self.start), ("goal", self.goal))
+        for name, pose in ends:
             try:
                 found = postures(self.arm, pose)
             except ValueError as error:
@@ -192,26 +219,10 @@ class ArmManeuver(ArmTask):
                     f".{name}.tip: was {list(pose.tip)}, must be {abs(first - second):g} to {first + second:g} m "
                     f"from the base, {list(self.arm.base)}"
                 )
-            beyond = [_beyond(self.arm, pose, theta, exact=name == "start") for theta in found]
-            if None not in beyond:
-                raise ValueError(f".{name}.{beyond[0]}")
             workspace = self.workspace
-            hits = [workspace.touched(np.array(theta)) for theta in found]
-            if None not in hits:
-                i, link, depth = next(hit for hit in hits if hit is not None)
-                raise ValueError(
-                    f".obstacles[{i}]: was {depth:.4g} m from link {link + 1} at the {name}, must leave the arm "
-                    f"{self.margin:g} m free there"
-                )
-            least = self.arm.self_margin
-            if least is not None and workspace.pairs:
-                apart = [workspace.apart(np.array(theta)) for theta in found]
-                if all(np.min(one) < least * (1 - 1e-12) for one in apart):
-                    first, second = workspace.pairs[int(np.argmin(apart[0]))]
-                    raise ValueError(
-                        f".{name}: was links {first + 1} and {second + 1} {np.min(apart[0]):.4g} m apart, must be at "
-                        f"least arm.self_margin, {least:g} m"
-                    )
+            wrong = [self.unfit(name, theta, workspace) for theta in found]
+            if None not in wrong:
+                raise ValueError(f".{wrong[0]}")
         return self
 
 
@@ -234,7 +245,17 @@ def postures(arm: Arm, pose: Pose) -> list[tuple[float, ...]]:
     if not pair.inner - room <= rho <= pair.outer + room:
         return []
     signs = {"up": [-1.0], "down": [1.0]}.get(pose.elbow or "either", [-1.0, 1.0])
-    return [tuple(pair.angles(s, sign).tolist()) for sign in signs]
+    found = [np.diff(pair.angles(s, sign), prepend=0.0).tolist() for sign in signs]
+    turned = [[_turned(link, q) for link, q in zip(arm.links, each, strict=True)] for each in found]
+    return [tuple(np.cumsum(each).tolist()) for each in turned]
+
+
+def _turned(link: Link, q: float) -> float:
+    """A joint angle [rad], turned by whole turns into the joint's limits if one of these is within."""
+    if link.limits is None or link.limits[0] - ANGLE <= q <= link.limits[1] + ANGLE:
+        return q
+    near = q + math.tau * math.ceil((link.limits[0] - ANGLE - q) / math.tau)
+    return near if near <= link.limits[1] + ANGLE else q
 
 
 def _beyond(arm: Arm, pose: Pose, theta: tuple[float, ...], exact: bool) -> str | None:

@@ -176,17 +176,12 @@ def _arm_fails(plan: ArmPlan) -> list[str]:
         lines.append(line("reach", f"the path leaves it by {-clear.within:.6g} m"))
     if clear is not None and not clear.steady:
         lines.append(line("joints", "jump where the folded arm passes its base"))
-    lines += [line("not kept", one) for one in (*_too_close(plan), *plan.exceeded)]
+    lines += [line("not kept", one) for one in plan.exceeded]
     if math.isinf(plan.lower_bound):
         lines.append(line("closed", "obstacles and reach leave no way from start to goal (proved)"))
     elif plan.joints is None:
         lines.append("  no free motion was found; the bound holds all the same")
     return lines
-
-
-def _too_close(plan: ArmPlan) -> list[str]:
-    """Links that come closer to each other than `arm.self_margin`."""
-    return [one.words for one in (plan.kept.excesses if plan.kept else ()) if one.field == "arm.self_margin"]
 
 
 def arm_tries(plan: ArmPlan) -> list[str]:
@@ -198,8 +193,7 @@ def arm_tries(plan: ArmPlan) -> list[str]:
         "max_torque": "a larger max_torque, or a longer duration",
         "self_margin": "a smaller self_margin, or other poses",
     }
-    beyond = [*_too_close(plan), *plan.exceeded]
-    return [text for name, text in tries.items() if any(f".{name}:" in one for one in beyond)]
+    return [text for name, text in tries.items() if any(f".{name}:" in one for one in plan.exceeded)]
 
 
 def arm_finer(plan: ArmPlan) -> list[str]:

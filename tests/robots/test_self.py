@@ -33,8 +33,9 @@ def test_distances_are_those_of_the_links_and_change_as_stated():
     exact = space.apart(theta)
     lines = [shapely.linestrings(np.stack([p[:-1], p[1:]], axis=1)) for p in space.chain.joints(theta)]
     by_hand = [[one[i].distance(one[j]) - 0.06 for i, j in space.pairs] for one in lines]
-    assert exact == pytest.approx(np.array(by_hand), abs=1e-12)
-    clear = exact > -0.06 + 1e-9
+    clear = np.array(by_hand) > -0.06 + 1e-9
+    assert exact[clear] == pytest.approx(np.array(by_hand)[clear], abs=1e-12)
+    assert np.all(exact[~clear] <= -0.06)  # by how much they cross
     assert clear.any()
     assert not clear.all()
     assert far[clear] == pytest.approx(exact[clear], abs=1e-9)
@@ -112,5 +113,7 @@ def test_a_file_whose_links_come_too_close_is_refused():
 
 
 def test_poses_that_touch_themselves_are_refused_in_one_line():
-    with pytest.raises(pm.SpecError, match=r"goal: was links 1 and 3 -0.06 m apart, must be at least arm.self_margin"):
+    with pytest.raises(
+        pm.SpecError, match=r"goal: was links 1 and 3 -0.4517 m apart, must be at least arm.self_margin"
+    ):
         folded(goal=pm.Pose(joints=(0.0, 2.4, 2.4)))

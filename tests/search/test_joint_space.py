@@ -60,7 +60,7 @@ def test_separations_and_their_derivatives():
 
 def test_three_links_go_around_a_block_within_their_limits():
     task = around_the_shelf()
-    plan = pm.solve(task, pm.Settings(time_limit=None if ALL else 3.0))
+    plan = pm.solve(task, pm.Settings(time_limit=None if ALL else 7.0))
     assert plan.keeps
     assert pm.verify(plan.to_json()).passed
     t = np.linspace(0, 4, 10_000)
