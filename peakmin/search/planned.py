@@ -36,6 +36,7 @@ WORSE = 0.99  # a motion with fewer holds above this share of a better one's pea
 MISSING = 1e-6  # [scaled] of what is not kept: what counts as nothing
 ALIKE = 1e-3  # relative
 LEFT = 0.4  # of the time: what is looked for in many starts leaves to what makes the best of them finer
+COMPILING = 0.5  # s: in less no program is worth compiling
 COMPILED = 2.0  # times what compiling takes: what is needed for a program to be of use
 MENDED = 5  # rounds in which what a motion does not keep between instants is asked more of
 MORE, LEAST = 1.5, 1e-5  # times what is missing, and of the arm at least
@@ -199,7 +200,8 @@ class Planner:
     def _further(self, search: JointSearch, way: Way, held: Array, steps: int) -> Motion:
         """What some steps make of a motion."""
         begin = way.angles[0]
-        held = search.improved(begin, held, self._cost, self.floor / self._scale, steps)
+        if self.steps or left(self.until) > COMPILING:
+            held = search.improved(begin, held, self._cost, self.floor / self._scale, steps)
         self.steps += search.count
         peak, missing = search.score(begin, held)
         through = float(np.max(search.short(begin, held))) / self.scene.size - THROUGH

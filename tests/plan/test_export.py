@@ -169,7 +169,9 @@ def test_what_a_robot_must_not_get_is_refused_in_one_line(arm, file, tmp_path, c
     none = pm.solve(between_bars(0.75, -1.8), pm.Settings(node_limit=1))
     assert none.trajectory is None
     link = LINKS[0].model_copy(update={"max_speed": 0.451})
-    fast = pm.solve(arm.maneuver.model_copy(update={"arm": pm.Arm(links=[link, *LINKS[1:]])}))
+    fast = pm.solve(
+        arm.maneuver.model_copy(update={"arm": pm.Arm(links=[link, *LINKS[1:]])}), pm.Settings(time_limit=2)
+    )
     assert fast.trajectory is not None
     assert fast.exceeded
     ways = [("was not as it states", path)]

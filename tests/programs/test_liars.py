@@ -10,7 +10,7 @@ import pytest
 import peakmin as pm
 from peakmin.view import words
 from peakmin.view.hints import advice
-from tests.conftest import wall_maneuver
+from tests.conftest import ALL, wall_maneuver
 from tests.random_arms import task
 
 honest = cp.Problem.solve
@@ -191,7 +191,7 @@ def test_the_terminal_says_what_to_try(monkeypatch):
     assert "  try             search global, over all obstacle times" in text
 
 
-@pytest.mark.parametrize("grid", [pm.Aligned, pm.Uniform])
+@pytest.mark.parametrize("grid", [pm.Aligned, pm.Uniform] if ALL else [pm.Aligned])
 def test_too_few_holds_are_told_with_as_many_as_will_do(grid):
     thin = pm.Block(vertices=[(0.499, -0.2), (0.501, -0.2), (0.501, 0.2), (0.499, 0.2)])
     for steps, said in ((2, "no control on these holds, 2 in 3 segments"), (3, "no control was found on these holds")):
