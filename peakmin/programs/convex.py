@@ -12,7 +12,12 @@ else:
 
     cp = lazy_loader.load("cvxpy")
 
-__all__ = ["cp", "silence_highs"]
+__all__ = ["cp", "ready", "silence_highs"]
+
+
+def ready() -> None:
+    """Have it read now: within a time that is limited, not after it."""
+    assert cp.Variable
 
 
 @cache

@@ -9,12 +9,13 @@ from dataclasses import dataclass, field
 from ..deadline import after, met, over
 from ..geometry.trajectory import Trajectory
 from ..plan.found import Found, Made
+from ..programs.convex import ready
 from ..programs.least_peak import LeastPeak
 from ..programs.program import Count, Programs
 from ..scenes.kinds import PointProof
 from ..spec.control_set import Disc, Polygon
 from ..spec.maneuver import Maneuver
-from ..spec.settings import Settings
+from ..spec.settings import Exact, Settings
 from ..types import Array, Progress
 
 
@@ -43,7 +44,10 @@ class Job:
             programs: where compiled programs are taken from; default a place of its own.
             stopped: once it is set, the time is over.
         """
-        return cls(settings, after(settings.time_limit, stopped), progress, programs or Programs())
+        begun = cls(settings, after(settings.time_limit, stopped), progress, programs or Programs())
+        if not isinstance(settings.method, Exact):
+            ready()
+        return begun
 
     def least(self, maneuver: Maneuver, circle: Disc | Polygon | None = None) -> LeastPeak:
         """M over the obstacle times of a maneuver; `circle`: in place of the settings' own."""
