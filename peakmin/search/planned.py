@@ -176,6 +176,11 @@ class Planner:
 
         known: ways of joint angles (m+1, n) at even times, by the passage's indices.
         """
+        for passage in passages:
+            if np.all(passage.theta[0] == passage.theta[1]):  # to stay is the best that can be done
+                begin = np.diff(passage.theta[0], prepend=0.0)
+                way = Way(passage, np.tile(begin, (self.coarse + 1, 1)))
+                return [Motion(way, begin, np.zeros((self.coarse, len(begin))), 0.0, 0.0)]
         found: list[Motion] = []
         until = part(self.until, LEFT, math.inf)
         for passage in passages:
@@ -218,7 +223,7 @@ class Planner:
                 break
             if math.isfinite(least) and motion.missing > MISSING:
                 continue
-            made = self._finer(motion) if self._pays else self.as_it_is(motion)
+            made = self._finer(motion) if self._pays and motion.peak > 0 else self.as_it_is(motion)
             if made is not None:
                 out.append(made)
         return sorted(out, key=lambda one: (one.kept is None or not one.kept.passed, one.peak))[:1]
