@@ -333,6 +333,11 @@ UNITS = {"position": 2.0, "time": 0.5}
         ({"said": "1.23-999 s"}, {"said": "1.23 s"}, ["said"]),
         ({"said": "link 2"}, {"said": "link 3"}, ["said"]),
         ({"said": "up 1"}, {"said": "down 1"}, ["said"]),
+        ({"small": [1e-12]}, {"small": [2e-12]}, ["small"]),
+        ({"joint": {"a": 1.0}}, {"joint": ["a"]}, ["joint"]),
+        ({"joint": ["a"]}, {"joint": {"a": 1.0}}, ["joint"]),
+        ({"joint": [{"a": 1.0}]}, {"joint": [["a"]]}, ["joint"]),
+        ({"joint": [["a"]]}, {"joint": [{"a": 1.0}]}, ["joint"]),
     ],
 )
 def test_fields_that_differ_are_named(data, again, names):
@@ -341,6 +346,10 @@ def test_fields_that_differ_are_named(data, again, names):
 
 def test_words_tell_what_is_missing():
     assert unlike({"a": 1}, {"b": 1}, {}) == ["a: must be left out", "b: must be given"]
+    assert unlike({"a": 1}, {"a": 2}, UNITS) == ["a: was 1, must be 2"]
+    assert unlike({"time": 1.0}, {"time": 2.0}, UNITS) == ["time: not what the control gives"]
+    assert unlike({"time": None}, {"time": 2.0}, UNITS) == ["time: was None, must be 2.0"]
+    assert unlike({"time": 1.0}, {"time": None}, UNITS) == ["time: was 1.0, must be None"]
 
 
 def changed(solved, **changes):
