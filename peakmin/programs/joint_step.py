@@ -10,7 +10,7 @@ In scaled units (duration 1, lengths by the arm, torques by mass size^2 / T^2), 
     q_{k+1} = q_k + h v_k + h^2 a_k / 2,   v_{k+1} = v_k + h a_k,   both ends given, at rest
 
 with nu so small that of steps which promise the same the calmest is taken, a slack for all torques and one for all
-distances of a hold (a slack of its own for each would make the program ten times as large), or, once a peak is known
+distances of a hold (a slack of its own for each would be most of the variables), or, once a peak is known
 that may be taken,
 
     minimise  m + mu sum(slack) + nu (...)   subject to the same with M a number, + slack, and |tau_1 + dtau_1| <= m,

@@ -377,6 +377,9 @@ def _elbow(theta: Array) -> float:
     return 0.0 if abs(bend) < 1e-9 else math.copysign(1.0, bend)
 
 
+ENDS: tuple[Literal["start", "goal"], ...] = ("start", "goal")
+
+
 def passages(asked: ArmManeuver, workspace: Workspace) -> list[Passage]:
     """Every free start configuration with every free goal configuration."""
     free = [
@@ -390,7 +393,6 @@ def passages(asked: ArmManeuver, workspace: Workspace) -> list[Passage]:
     return [Passage(asked, workspace, a, b) for a in free[0] for b in free[1]]
 
 
-ENDS: tuple[Literal["start", "goal"], ...] = ("start", "goal")
 SHALLOW = 1e-6  # of the arm: a path no further inside counts as touching
 TURNS, PLACES, STEPS = 24, 16, 120  # lines looked at: directions, places of the path, steps along each
 AT_ONCE = 64  # lines

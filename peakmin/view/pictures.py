@@ -31,8 +31,8 @@ def overview(plan: Plan) -> Figure:
     size = (PANEL[0] * columns, PANEL[1] * -(-len(painters) // columns))
     figure = sheet(*(partial(draw, plan) for draw in painters), size=size, columns=columns)
     if plan.trajectory is not None and not plan.keeps:
-        missing = [one.words.split(":")[0] for one in (plan.kept.excesses if plan.kept is not None else ())]
-        figure.suptitle(f"{plan.status}: does not keep {', '.join(dict.fromkeys(missing)) or 'max_peak'}", color=RED)
+        missing = [one.field for one in (plan.kept.excesses if plan.kept is not None else ())]
+        figure.suptitle(f"{plan.status}: does not keep {', '.join(missing) or 'max_peak'}", color=RED)
     return figure
 
 

@@ -17,9 +17,9 @@ def test_a_plan_keeps_what_it_says_at_10_000_instants(links, seed):
     task = limited(seed, links)
     plan = pm.solve(task, pm.Settings(time_limit=6.0 if ALL else 2.0))
     assert pm.verify(plan.to_json()).passed
-    if not plan.keeps:
-        assert ALL or plan.status == "infeasible"
-        return
+    if ALL and not plan.keeps:
+        pytest.skip("no motion that keeps everything was found")
+    assert plan.keeps
     t = np.linspace(0, task.duration, INSTANTS)
     theta, first, second = plan.joints.rates(t)
     tau = inverse_dynamics(task.arm.chain, theta, first, second)
