@@ -136,6 +136,9 @@ def test_the_schema_accepts_plans_and_nothing_that_misses_a_key(name):
     """Wherever the key is missing: what may be left out of a wall or a spec is not written."""
     data = solved(name).document()
     valid(data)
+    rows = len(data["times"] or ())
+    data = {k: v[:3] if isinstance(v, list) and len(v) >= rows - 1 > 3 else v for k, v in data.items()}
+    valid(data)
     for key in data:
         assert not validator().is_valid({k: value for k, value in data.items() if k != key}), key
     for inside in ("made", "sensitivities", "costate", "path", "proof"):

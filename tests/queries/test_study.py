@@ -320,7 +320,7 @@ def test_stores_that_cannot_be_written_are_refused_before_anything_is_solved(tmp
 
 def test_a_killed_study_goes_on_where_it_was(tmp_path):
     file, store = tmp_path / "study.json", tmp_path / "rows.csv"
-    file.write_text(durations(30).to_json())
+    file.write_text(durations(12).to_json())
     process = begun(file, store, 2)
     with pytest.raises(pm.SpecError, match="in use by another study"):
         pm.study(durations(2), ONE, store)
@@ -329,23 +329,23 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path):
     assert all_gone(process.pid), "its workers outlived it"
     process.communicate()
     kept = journal(store)
-    assert 5 <= len(kept) < 30
+    assert 5 <= len(kept) < 12
     assert not store.exists()
     with open(f"{store}.journal", "ab") as torn:
         torn.write(json.dumps(kept[0]).encode()[:-30])
     out, err = (again := peakmin("study", file, "--out", store, "--json", "--workers", 1)).communicate()
     assert (again.returncode, err) == (0, "")
-    assert len(json.loads(out)["rows"]) == 30
+    assert len(json.loads(out)["rows"]) == 12
     lines = Path(f"{store}.journal").read_bytes().split(b"\n")[:-1]
     assert [json.loads(line) for line in lines[: len(kept)]] == kept
     assert not lines[len(kept)].endswith(b"}")  # the torn line, by itself
     after = [json.loads(line) for line in lines[len(kept) + 1 :]]
-    assert len(kept) + len(after) == 30  # nothing lost, nothing twice
-    assert Counter(row["spec"] for row in kept + after) == Counter(spec_hash(spec) for spec in durations(30).specs)
+    assert len(kept) + len(after) == 12  # nothing lost, nothing twice
+    assert Counter(row["spec"] for row in kept + after) == Counter(spec_hash(spec) for spec in durations(12).specs)
     assert sum(row["compilations"] for row in after) == 1
     with open(store) as written:
         rows = list(csv.DictReader(written))
-    assert [float(row["maneuver.duration"]) for row in rows] == np.linspace(1, 2, 30).tolist()
+    assert [float(row["maneuver.duration"]) for row in rows] == np.linspace(1, 2, 12).tolist()
     assert {row["status"] for row in rows} == {"solved"}
 
 

@@ -19,6 +19,7 @@ import pytest
 
 import peakmin as pm
 from peakmin import cli
+from peakmin.view import animation
 from tests.solved import solved
 
 ROOT = Path(__file__).parents[2]
@@ -97,6 +98,8 @@ def test_the_examples_print_what_the_page_says(page, tmp_path, monkeypatch, caps
     # what one example has solved the next takes as it is: several commands are shown on one spec
     for module in (cli, pm):
         monkeypatch.setattr(module, "solve", lambda task, settings=None, *_, **__: solved(task, settings or DEFAULT))
+    monkeypatch.setattr(animation, "FEW", 2)  # films are looked at by tests of pictures
+    monkeypatch.setattr(animation, "MANY", 4)
     namespace = {"__name__": page.stem}
     for example in examples(page.read_text()):
         match example.language:
