@@ -94,7 +94,7 @@ def test_a_child_is_not_left_out(name, k):
         proves_less(data, document(name))
 
 
-@pytest.mark.parametrize(("name", "k"), EVERY)
+@pytest.mark.parametrize(("name", "k"), SOME)
 @pytest.mark.parametrize("many", ["none", "one too few", "one too many", "without a cut"])
 def test_children_are_as_many_as_parts(name, k, many):
     data = deepcopy(document(name))

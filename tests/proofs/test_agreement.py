@@ -17,7 +17,7 @@ from tests.conftest import ALL
 from tests.random_maneuvers import maneuver
 
 CHUNKS = [range(k, k + 50) for k in range(0, 500, 50)]
-SOME = (20, 42, 84, 103)  # one to three walls, degenerate and not
+SOME = (20, 42, 84)  # one to three walls, degenerate and not
 NODES = {1: 300, 2: 40, 3: 20}
 POINTS = {1: 40, 2: 10, 3: 7}
 

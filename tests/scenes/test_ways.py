@@ -18,7 +18,7 @@ from peakmin.scenes.cells import Cells
 from peakmin.scenes.kinds import scene_of
 from peakmin.scenes.proof_tree import Branch
 from peakmin.spec.obstacles import convex, covers
-from tests.conftest import wall_maneuver
+from tests.conftest import ALL, wall_maneuver
 from tests.random_scenes import scene
 
 
@@ -147,7 +147,7 @@ def test_the_peak_is_the_same_far_from_the_origin(changes):
         assert there.peak == pytest.approx(here.peak, rel=1e-3)
 
 
-@pytest.mark.parametrize("s", [1e-9, 1e-12, 5e-13, 1e-7])
+@pytest.mark.parametrize("s", [1e-9, 1e-12, 5e-13, 1e-7][:: 1 if ALL else 2])
 def test_features_of_the_size_of_rounding_errors_close_nothing(s):
     """A side that leans by s, corners nearer than lines are kept apart, with something far away or without."""
     leaning = [(0.5, -1.2), (0.5 + 2.5 * s, -1.2), (0.5 + 2.5 * s, -1.0), (0.5 + 0.8 * s, 0.0), (0.5, 0.0)]
