@@ -352,7 +352,7 @@ def test_a_joint_speed_in_the_way_is_named_with_one_that_would_do():
     """Joint 2 has to move by 2 rad in 2 s: by 1.005 rad/s only one that starts and stops too suddenly does."""
     arm = pm.Arm(links=[pm.Link(**ROD, max_speed=9), pm.Link(**ROD, max_speed=1.005)])
     ends = {"start": pm.Pose(joints=(0.2, 0.5)), "goal": pm.Pose(joints=(1.0, 2.5))}
-    settings = pm.Settings(grid=pm.Aligned(steps=40), time_limit=2.5)
+    settings = pm.Settings(grid=pm.Aligned(steps=40), time_limit=1.5)
     task = pm.ArmManeuver(arm=arm, duration=2, **ends)
     why = pm.explain(task, settings)
     assert why.conflict[0] == "arm.links[1].max_speed"
@@ -472,7 +472,7 @@ def test_the_bound_knows_of_motions_through_the_base():
     assert plan.keeps
 
 
-@pytest.mark.parametrize("more", [0.0, 4e-4])
+@pytest.mark.parametrize("more", [0.0, 4e-4] if ALL else [4e-4])
 def test_joints_do_not_jump_over_the_base(more):
     arm = pm.Arm(links=[pm.Link(length=1, mass=1), pm.Link(length=2, mass=1, com=1.5 + more)])
     pair = Pair(*arm.chain.c)

@@ -124,7 +124,7 @@ def test_what_is_left_of_a_long_search_is_used(monkeypatch):
     assert plan.gap < 0.01
 
 
-@pytest.mark.parametrize("limit", [1, 5, 30] if ALL else [1, 30])
+@pytest.mark.parametrize("limit", [1, 5, 30] if ALL else [30])
 def test_node_limits_are_kept(limit):
     gap = pm.GlobalSearch(gap=1e-14)
     for maneuver in (OVER_UNDER_OVER, wall_maneuver("touch", goal=pm.State(position=(1, 0), velocity=(2, 3)))):
@@ -231,7 +231,7 @@ def test_ctrl_c_ends_solve_with_the_best_plan_so_far(tmp_path):
     assert pm.verify(out).passed
 
 
-@pytest.mark.parametrize("command", ["explain", "solve"])
+@pytest.mark.parametrize("command", ["explain", "solve"] if ALL else ["solve"])
 def test_ctrl_c_ends_an_explanation_with_the_repairs_found(tmp_path, command):
     impossible = pm.Spec.read(ROOT / "examples" / "impossible.json")
     process = begun(tmp_path, command, impossible, 1, what="one more repair")

@@ -26,7 +26,7 @@ from peakmin.spec.reading import MOST_DEEP, MOST_KEYS, MOST_PARTS
 from peakmin.spec.spec import read_spec
 from tests.whole import strategies
 
-COUNT = int(os.environ.get("PEAKMIN_FUZZ", "200"))  # files altogether
+COUNT = int(os.environ.get("PEAKMIN_FUZZ", "120"))  # files altogether
 SEED = int(os.environ.get("PEAKMIN_FUZZ_SEED", "1"))
 MOST_SECONDS = 60  # of the processor for one file, unless it asks for a search without a time limit of a second
 MOST_BYTES = 2 * 2**30

@@ -1,6 +1,7 @@
 import pytest
 
 from peakmin import paper
+from peakmin.view import style
 from tests.solved import once, solved
 
 
@@ -36,6 +37,7 @@ def test_a_digit_that_differs_is_reported(computed):
 
 def test_figures_are_png_files(computed, tmp_path, monkeypatch):
     monkeypatch.setattr(paper, "solve", solved)
+    monkeypatch.setattr(style, "DPI", 40)
     files = paper.figures(computed, tmp_path)
     assert {f.name.split("_")[1] for f in files} == {f"{k:02}" for k in range(1, 12)}
     assert all(f.read_bytes().startswith(b"\x89PNG") for f in files)
