@@ -59,7 +59,7 @@ def test_a_joint_turns_the_way_round_that_its_limits_leave():
     assert scene_of(turning(limits=(-3.0, 3.0))).impossible() is not None  # 5.6 rad, through zero
 
 
-@pytest.mark.skipif(not ALL, reason="a speed in the way is tried by tests of arms; this takes ten seconds")
+@pytest.mark.skipif(not ALL, reason="it searches until its time limits; a speed in the way is proved in other tests")
 def test_a_torque_in_the_way_is_named_with_a_duration_that_keeps_it():
     plan = pm.solve(task(max_torque=3.0), SETTINGS)
     assert plan.status == "unknown"
