@@ -232,7 +232,8 @@ class Planner:
     def _pays(self) -> bool:
         """Whether the time left is enough for a program of the finest holds, which takes the longer to compile."""
         took = max((one.compiled for (holds, *_), one in self.programs.items() if holds == self.coarse), default=0.0)
-        return left(self.until) > COMPILED * FINER**2 * took
+        # none compiled: there was less time than for one, or nothing to make better with few holds
+        return left(self.until) > (COMPILED * FINER**2 * took or COMPILING)
 
     def as_it_is(self, motion: Motion) -> Joints:
         """A motion with the holds that it has, with what it keeps."""
