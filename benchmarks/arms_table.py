@@ -2,6 +2,8 @@
 
 python benchmarks/arms_table.py LINES.jsonl LINKS FIRST LAST     solves the tasks of these seeds with so many links
 python benchmarks/arms_table.py LINES.jsonl                      prints the table
+
+benchmarks/random_arms.jsonl has the lines of the table in docs/arms.md.
 """
 
 import json
@@ -10,7 +12,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from peer_arms import KEPT, ipopt, sampled
+from peer_arms import ipopt, sampled
 
 import peakmin as pm
 from tests.random_arms import limited
@@ -42,29 +44,32 @@ def row(links, seed):
     }
 
 
+HEAD = (
+    "links | tasks | IPOPT finds | peakmin finds of these | at most 1 % above | peakmin finds | gap, 50 % | 90 % | "
+    "seconds, 50 % | 90 % | IPOPT's, 50 % | largest torque, of its limit | largest excess"
+)
+
+
 def table(rows):
-    lines = [
-        "links tasks IPOPT found | of these found, within 1 % | found besides | gap 50 % 90 % | s 50 % 90 % | IPOPT s"
-    ]
+    """The lines of a table in Markdown: a row for each number of links."""
+    lines = [f"| {HEAD} |", "|" + " --: |" * len(HEAD.split("|"))]
     for links in sorted({one["links"] for one in rows}):
         of = [one for one in rows if one["links"] == links]
-        found = [one for one in of if np.isfinite(one["peer"])]
         keeps = [one for one in of if one["status"] in ("solved", "feasible")]
+        found = [one for one in of if np.isfinite(one["peer"])]
         both = [one for one in found if one in keeps]
         near = [one for one in both if one["peak"] <= 1.01 * one["peer"]]
-        gap, own, peer = (
-            np.array([one[k] for one in x]) for k, x in (("gap", keeps), ("seconds", of), ("peer_seconds", of))
-        )
-        lines.append(
-            f"{links:5} {len(of):5} {len(found):11} | {len(both):14} {len(near):11} | {len(keeps) - len(both):13} | "
-            f"{np.median(gap):8.3f} {np.quantile(gap, 0.9):.3f} | {np.median(own):5.1f} {np.quantile(own, 0.9):4.1f} | "
-            f"{np.median(peer):6.1f}"
-        )
-        lines.append(
-            f"      largest torque of its limit {max(one['torque'] for one in keeps):.6f}, "
-            f"largest excess at 10,000 instants {max(one['missed'] for one in keeps):.1e} (IPOPT's may be {KEPT:g})"
-        )
-    return "\n".join(lines)
+        gap, own, peer = ([one[k] for one in x] for k, x in (("gap", keeps), ("seconds", of), ("peer_seconds", of)))
+        cells = [
+            *(f"{len(x)}" for x in (of, found, both, near, keeps)),
+            *(f"{np.quantile(gap, q):.3f}" for q in (0.5, 0.9)),
+            *(f"{np.quantile(own, q):.1f}" for q in (0.5, 0.9)),
+            f"{np.median(peer):.0f}",
+            f"{max(one['torque'] for one in keeps):.4f}",
+            f"{max(one['missed'] for one in keeps):.0e}",
+        ]
+        lines.append(f"| {links} | " + " | ".join(cells) + " |")
+    return lines
 
 
 if __name__ == "__main__":
@@ -74,4 +79,4 @@ if __name__ == "__main__":
         for seed in range(first, last):
             with file.open("a") as out:
                 out.write(json.dumps(row(links, seed)) + "\n")
-    print(table([json.loads(line) for line in file.read_text().splitlines()]))
+    print("\n".join(table([json.loads(line) for line in file.read_text().splitlines()])))

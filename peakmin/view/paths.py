@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from shapely import LineString
 
+from ..geometry.norm import norm
 from ..plan.arm_plan import ArmPlan
 from ..plan.plan import Plan
+from ..robots.kinematics import Chain
 from ..spec.arm import ArmManeuver
 from ..spec.maneuver import Maneuver
 from ..spec.obstacles import Wall
@@ -29,7 +31,7 @@ def path(plan: Plan, ax: Axes | None = None, arrows: int = ARROWS) -> Axes:
     """The path of the centre of mass past its obstacles (the paper's figure 8).
 
     Args:
-        arrows: how many times to draw the acceleration at; 0 for none.
+        arrows: how many times to draw the acceleration at, as far apart along the path; 0 for none.
     """
     return _path(axes_of(ax), plan, plan.maneuver, plan.walls, arrows)
 
@@ -56,13 +58,22 @@ def _path(ax: Axes, plan: Plan, maneuver: Maneuver, walls: Sequence[Wall], count
     if plan.trajectory is not None:
         ax.plot(*track[2:].T, label="path of the centre of mass", **TRACK)
         if count:
-            t = (np.arange(count) + 0.5) / count * duration
+            t = _evenly(plan, track[2:], count)
             arrows_at(ax, plan.position(t), plan.acceleration(t), size, "acceleration")
         if len(plan.obstacle_times):
             ax.plot(*plan.position(plan.obstacle_times).T, markersize=5, label="crossing", **MARK)
     ends(ax, maneuver)
     look_through(ax, corners)
     return ax
+
+
+def _evenly(plan: Plan, track: Array, count: int) -> Array:
+    """Instants [s] that are equally far apart along the way, whose places at equal times are (m, 2)."""
+    t, way = np.linspace(0, plan.maneuver.duration, len(track)), norm(np.diff(track, axis=0))
+    way = np.concatenate([[0.0], np.cumsum(way + np.mean(way) / len(track))])
+    if way[-1] == 0:
+        way = t
+    return np.asarray(np.interp((np.arange(count) + 0.5) / count * way[-1], way, t))
 
 
 def _reach(ax: Axes, base: Array, radii: tuple[float, float]) -> None:
@@ -77,24 +88,34 @@ def _reach(ax: Axes, base: Array, radii: tuple[float, float]) -> None:
 
 
 def poses(plan: ArmPlan, ax: Axes | None = None, count: int = POSES) -> Axes:
-    """The arm at equal intervals over its obstacles, the paths of tip and centre of mass (the paper's figure 9)."""
+    """The arm at equal intervals over its obstacles, the paths of tip and centre of mass (the paper's figure 9).
+
+    Without a motion its start and a goal.
+    """
     ax = axes_of(ax)
     polygons(ax, plan.maneuver.obstacles, plan.maneuver.margin, "obstacle")
-    if plan.joints is not None:
-        joints, chain = plan.joints, plan.joints.chain
-        t = np.linspace(0, joints.duration, count)
-        for k, points in enumerate(chain.joints(joints.absolute(t))):
-            shade = str(0.75 - 0.75 * k / (count - 1))
-            links(ax, points, chain.half_width, shade)
-            style: Look = {"color": shade, "linestyle": "-", "marker": "o", "markersize": 3, "linewidth": 1.6}
-            ax.plot(*points.T, label={0: "start", count - 1: "goal"}.get(k), zorder=3, **style)
+    chain, joints = plan.scene.workspace.chain, plan.joints
+    if joints is not None:
+        _stages(ax, chain, chain.joints(joints.absolute(np.linspace(0, joints.duration, count))))
         fine = np.linspace(0, joints.duration, 400)
         ax.plot(*plan.tip(fine).T, color=ORANGE, linestyle="--", linewidth=1.5, label="tip", zorder=4)
         ax.plot(*plan.position(fine).T, label="centre of mass", **TRACK)
         for k, contact in enumerate(plan.contacts):
             ax.plot(*contact.at, markersize=5, label=None if k else "contact", **MARK)
+    elif ends := next(iter(plan.scene.passages.values()), None):
+        _stages(ax, chain, chain.joints(np.array(ends.theta)))
     around_base(ax, plan.maneuver)
     return ax
+
+
+def _stages(ax: Axes, chain: Chain, stages: Array) -> None:
+    """The arm at its joints' places (m, n+1, 2), the later the darker."""
+    last = len(stages) - 1
+    for k, points in enumerate(stages):
+        shade = str(0.75 - 0.75 * k / last)
+        links(ax, points, chain.half_width, shade)
+        style: Look = {"color": shade, "linestyle": "-", "marker": "o", "markersize": 3, "linewidth": 1.6}
+        ax.plot(*points.T, label={0: "start", last: "goal"}.get(k), zorder=3, **style)
 
 
 def around_base(ax: Axes, maneuver: ArmManeuver) -> None:

@@ -154,7 +154,9 @@ def test_a_plan_without_a_motion_has_one_picture_of_its_place(kind):
     without = pictures.figures(unmoved(plan))
     assert list(without) == ["plan"]
     (ax,) = without["plan"].axes
-    assert labels(ax) == {"point": {"wall", "start", "goal"}, "arm": {"obstacle", "margin", "base"}}[kind]
+    assert (
+        labels(ax) == {"point": {"wall", "start", "goal"}, "arm": {"obstacle", "margin", "start", "goal", "base"}}[kind]
+    )
     plt.close("all")
 
 
