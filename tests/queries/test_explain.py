@@ -211,7 +211,7 @@ def test_the_widest_margin_that_leaves_a_way_comes_before_leaving_out(gap):
     ]
     region = [(-0.5, -1), (3.5, -1), (3.5, 1), (-0.5, 1)]
     asked = maneuver(goal=pm.State(position=(3, 0)), duration=4, obstacles=pair, region=region, margin=0.16)
-    why = pm.explain(asked, COARSE.model_copy(update={"time_limit": 5}))
+    why = pm.explain(asked, COARSE.model_copy(update={"time_limit": 20}))
     assert set(why.conflict) == {"obstacles[0]", "obstacles[1]", "region", "margin"}
     fields = [one.field for one in why.repairs]
     first = why.repairs[fields.index("margin")]
