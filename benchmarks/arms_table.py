@@ -39,7 +39,7 @@ def row(links, seed):
         if plan.extremes
         else None,
         "seconds": own,
-        "peer": peer,
+        "peer": peer if np.isfinite(peer) else None,
         "peer_seconds": seconds,
     }
 
@@ -56,7 +56,7 @@ def table(rows):
     for links in sorted({one["links"] for one in rows}):
         of = [one for one in rows if one["links"] == links]
         keeps = [one for one in of if one["status"] in ("solved", "feasible")]
-        found = [one for one in of if np.isfinite(one["peer"])]
+        found = [one for one in of if one["peer"] is not None]
         both = [one for one in found if one in keeps]
         near = [one for one in both if one["peak"] <= 1.01 * one["peer"]]
         gap, own, peer = ([one[k] for one in x] for k, x in (("gap", keeps), ("seconds", of), ("peer_seconds", of)))

@@ -7,6 +7,7 @@ python without one prints nothing. A command's exit status is the one its commen
 
 import doctest
 import io
+import json
 import re
 import runpy
 import shlex
@@ -137,6 +138,13 @@ def test_files_and_names_of_the_code_are_there(page):
         code = "\n".join(file.read_text() for file in (ROOT / "peakmin").rglob("*.py"))
         for name in re.findall(r"`([A-Za-z]+(?:_[a-z]+)*(?:\.[a-z]+)?)`", FENCED.sub("", text)):
             assert name == "code" or all(re.search(rf"\b{part}\b", code) for part in name.split(".")), name
+
+
+def test_the_table_of_random_arms_is_that_of_its_lines(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    table = runpy.run_path(str(ROOT / "benchmarks" / "arms_table.py"))["table"]
+    rows = [json.loads(line) for line in (ROOT / "benchmarks" / "random_arms.jsonl").read_text().splitlines()]
+    assert "\n".join(table(rows)) in (ROOT / "docs" / "arms.md").read_text()
 
 
 def test_the_house_is_drawn_from_the_code():
