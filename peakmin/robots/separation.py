@@ -10,7 +10,7 @@ g . dp with p the point of it that is nearest. What a plan keeps is not judged b
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import shapely
@@ -19,6 +19,8 @@ from shapely.geometry.base import BaseGeometry
 from ..geometry.norm import norm
 from ..types import Array
 from .kinematics import Chain, unit
+
+NEAREST = 6  # convex pieces that every link is kept from
 
 
 def convex_pieces(corners: Array) -> list[Array]:
@@ -104,3 +106,37 @@ def self_separations(chain: Chain, theta: Array, pairs: list[tuple[int, int]]) -
     part = ((i[:, None] < k) & (k < j[:, None])).astype(float)
     part = part + (1 - share_i)[..., None] * (k == i[:, None]) + share_j[..., None] * (k == j[:, None])
     return out - chain.half_width[i] - chain.half_width[j], part * across
+
+
+def apart(
+    chain: Chain, q: Array, pieces: Sequence[Array], margin: float, pairs: list[tuple[int, int]], self_margin: float
+) -> tuple[Array, Array]:
+    """Distances [m] of links from the nearest convex pieces, then of pairs of links, less their margins.
+
+    q: relative joint angles (m, n) -> rows (r, m) and their derivatives by q, (r, m, n).
+    """
+    rows, by_q = zip(_from_pieces(chain, q, pieces), _from_links(chain, q, pairs), strict=True)
+    return np.concatenate([rows[0] - margin, rows[1] - self_margin]), np.concatenate(by_q)
+
+
+def _from_pieces(chain: Chain, q: Array, pieces: Sequence[Array]) -> tuple[Array, Array]:
+    """Of each link from the `NEAREST` pieces, as `apart` without margins."""
+    m, n = q.shape
+    if not pieces:
+        return np.zeros((0, m)), np.zeros((0, m, n))
+    every = [separations(chain, np.cumsum(q, axis=1), piece) for piece in pieces]
+    far, by = np.stack([x for x, _ in every], axis=-1), np.stack([x for _, x in every], axis=-1)  # (m, n, p)
+    nearest = np.argsort(far, axis=-1)[..., : min(len(pieces), NEAREST)]
+    far = np.take_along_axis(far, nearest, axis=-1)
+    by = np.take_along_axis(by, nearest[:, :, None, :], axis=-1)
+    joints = np.cumsum(by[:, :, ::-1], axis=2)[:, :, ::-1]  # theta = cumsum(q)
+    return far.transpose(1, 2, 0).reshape(-1, m), joints.transpose(1, 3, 0, 2).reshape(-1, m, n)
+
+
+def _from_links(chain: Chain, q: Array, pairs: list[tuple[int, int]]) -> tuple[Array, Array]:
+    """Of each pair of links from each other, as `apart` without margins."""
+    if not pairs:
+        return np.zeros((0, len(q))), np.zeros((0, *q.shape))
+    far, by = self_separations(chain, np.cumsum(q, axis=1), pairs)
+    joints = np.cumsum(by[:, :, ::-1], axis=2)[:, :, ::-1]
+    return far.T, joints.transpose(1, 0, 2)

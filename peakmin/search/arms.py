@@ -64,8 +64,8 @@ def arm_plan(scene: ArmScene, job: Job) -> ArmPlan:
         hasty=True,
         progress=job.progress,
     )
-    search = ArmSearch(scene, effort)
-    planner = Planner(scene, job, part(job.until), _floor(scene))
+    floor, search = _floor(scene), ArmSearch(scene, effort)
+    planner = Planner(scene, job, part(job.until), floor)
     looked = planner.look(search.ways(), search.joined)
     # the tree finds the least peak of what stands free; what is in the way, or limited, is the planner's first
     first = bool(scene.task.obstacles) or scene.task.limited

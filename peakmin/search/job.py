@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from ..deadline import after, met, over
 from ..geometry.trajectory import Trajectory
@@ -17,6 +18,19 @@ from ..spec.control_set import Disc, Polygon
 from ..spec.maneuver import Maneuver
 from ..spec.settings import Exact, Settings
 from ..types import Array, Progress
+
+
+class Best(NamedTuple):
+    """The best obstacle times that were found [s], (q,), and M over them.
+
+    nodes: boxes of obstacle times looked at;  proof: of all obstacle times;  others: work done besides.
+    """
+
+    least: LeastPeak
+    times: Array
+    nodes: int = 0
+    proof: PointProof | None = None
+    others: tuple[Count, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -64,15 +78,9 @@ class Job:
             stopped=over(self.until) or met(self.until),
         )
 
-    def at(
-        self, least: LeastPeak, times: Array, nodes: int = 0, proof: PointProof | None = None, *others: Count
-    ) -> Found[Trajectory]:
-        """What the settings' control comes to at obstacle times [s], (q,).
-
-        Args:
-            nodes: boxes of obstacle times looked at;  proof: of all obstacle times;  others: work done besides.
-        """
-        motion = least.motion(times)
-        placed = least.place(times) * least.mass.time
-        made = self.made(nodes, least.count, *others)
-        return Found(least.maneuver, placed, motion, least.peak(times), made, proof, least(times).multipliers)
+    def at(self, best: Best) -> Found[Trajectory]:
+        """What the settings' control comes to at the best obstacle times."""
+        least, times = best.least, best.times
+        motion, peak, placed = least.motion(times), least.peak(times), least.place(times) * least.mass.time
+        made = self.made(best.nodes, least.count, *best.others)
+        return Found(least.maneuver, placed, motion, peak, made, best.proof, least(times).multipliers)

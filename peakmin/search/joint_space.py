@@ -23,7 +23,7 @@ from ..geometry.norm import norm
 from ..programs.joint_step import SHARES, JointStep, Limits, Linear, by_hold
 from ..robots.dynamics import PlanarRobot
 from ..robots.joint_motion import JointMotion
-from ..robots.separation import convex_pieces, self_separations, separations
+from ..robots.separation import NEAREST, apart, convex_pieces
 from ..robots.workspace import Workspace
 from ..types import Array
 
@@ -34,7 +34,6 @@ ENOUGH = 1e-4  # relative: a promised gain below which a motion is as good as it
 NOTHING = 1e-9  # [scaled] of what is not kept
 COST = 20.0  # of what is not kept, relative to the peak
 LOOKS = 9  # instants of each hold at which distances are looked at that a program sees in the middle
-NEAREST = 6  # convex pieces that every link is kept from
 INSIDE = 1e-6  # relative: by which limits are drawn in, for what bends between nodes and for rounding
 
 
@@ -151,32 +150,9 @@ class JointSearch:
         """Distances of links from the nearest pieces, then from each other, less what is to be kept, at the middles of
         the holds.
         """
-        every = [self._apart_from_obstacles(q), self._apart_from_links(q)]
-        rows, by_q = (np.concatenate(x) / self.workspace.size for x in zip(*every, strict=True))
-        return rows, by_hold(by_q, 0.5, h, self.robot.joints)
-
-    def _apart_from_obstacles(self, q: Array) -> tuple[Array, Array]:
-        """Rows (r, N) [m] and their derivatives by q, (r, N, n)."""
-        n, N = self.robot.joints, self.holds
-        if not self._pieces:
-            return np.zeros((0, N)), np.zeros((0, N, n))
-        every = [separations(self.workspace.chain, np.cumsum(q, axis=1), piece) for piece in self._pieces]
-        far, by = np.stack([x for x, _ in every], axis=-1), np.stack([x for _, x in every], axis=-1)  # (N, n, p)
-        nearest = np.argsort(far, axis=-1)[..., : min(len(self._pieces), NEAREST)]
-        far = np.take_along_axis(far, nearest, axis=-1)
-        by = np.take_along_axis(by, nearest[:, :, None, :], axis=-1)
-        joints = np.cumsum(by[:, :, ::-1], axis=2)[:, :, ::-1]  # theta = cumsum(q)
-        rows = far.transpose(1, 2, 0).reshape(-1, N) - self.workspace.margin - self.room
-        return rows, joints.transpose(1, 3, 0, 2).reshape(-1, N, n)
-
-    def _apart_from_links(self, q: Array) -> tuple[Array, Array]:
-        """The same of links that keep clear of each other."""
-        workspace, N = self.workspace, self.holds
-        if not workspace.pairs:
-            return np.zeros((0, N)), np.zeros((0, N, self.robot.joints))
-        far, by = self_separations(workspace.chain, np.cumsum(q, axis=1), workspace.pairs)
-        joints = np.cumsum(by[:, :, ::-1], axis=2)[:, :, ::-1]
-        return far.T - (workspace.self_margin or 0.0) - self.room, joints.transpose(1, 0, 2)
+        space = self.workspace
+        rows, by_q = apart(space.chain, q, self._pieces, space.margin, space.pairs, space.self_margin or 0.0)
+        return (rows - self.room) / space.size, by_hold(by_q / space.size, 0.5, h, self.robot.joints)
 
     def short(self, begin: Array, held: Array) -> Array:
         """What is missing of distances from obstacles and of links from each other on each hold [m], (2, N)."""

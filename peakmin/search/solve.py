@@ -26,7 +26,7 @@ from ..spec.task import Task
 from ..types import Progress
 from .arms import arm_plan
 from .held import Hold
-from .job import Job
+from .job import Best, Job
 from .sweep import best_of_sweep, closer, refined
 from .tree import Effort, Tree, raised
 
@@ -94,17 +94,18 @@ def _point_plan(scene: PointScene, job: Job) -> Plan:
 
 def _best(scene: PointScene, job: Job) -> tuple[Found[Trajectory], WayClass | None]:
     """The settings' control at the best obstacle times, and the ways past blocks that it takes."""
+    one = None
     if scene.classes is not None:
-        return _past_blocks(scene.classes, job)
-    if isinstance(job.settings.search, GlobalSearch):
-        return _past_walls(scene, job), None
-    if isinstance(job.settings.search, RefineSearch):
-        return refined(scene.task, job), None
-    return best_of_sweep(scene.task, job), None
+        best, one = _past_blocks(scene.classes, job)
+    elif isinstance(job.settings.search, GlobalSearch):
+        best = _past_walls(scene, job)
+    else:
+        best = (refined if isinstance(job.settings.search, RefineSearch) else best_of_sweep)(scene.task, job)
+    return job.at(best), one
 
 
-def _past_walls(scene: PointScene, job: Job) -> Found[Trajectory]:
-    """Branch and bound in continuous time, then the settings' own control at (or near) the best times."""
+def _past_walls(scene: PointScene, job: Job) -> Best:
+    """Branch and bound in continuous time; where the settings' own control has other best times, those nearby."""
     settings, mass = job.settings, scene.mass
     assert isinstance(settings.search, GlobalSearch)
     least = job.least(scene.task.past(scene.task.walls))
@@ -116,11 +117,11 @@ def _past_walls(scene: PointScene, job: Job) -> Found[Trajectory]:
     times = found.times * mass.time
     if not same and mass.walls:
         times = closer(least, times, NEARBY * mass.time, job.until)
-    return job.at(least, times, found.nodes, Proof("all", tuple(found.leaves)))
+    return Best(least, times, found.nodes, Proof("all", tuple(found.leaves)))
 
 
-def _past_blocks(classes: BlockClasses, job: Job) -> tuple[Found[Trajectory], WayClass]:
-    """The search over the ways in continuous time, then the settings' own control past the walls that it put up."""
+def _past_blocks(classes: BlockClasses, job: Job) -> tuple[Best, WayClass]:
+    """The search over the ways in continuous time, the best times past the walls that it put up, and the best way."""
     settings = job.settings
     assert isinstance(settings.search, GlobalSearch)
     if classes.cells.ways is None:
@@ -132,7 +133,7 @@ def _past_blocks(classes: BlockClasses, job: Job) -> tuple[Found[Trajectory], Wa
     tree.run()
     best = tree.best or tree.nearest
     least, times = raised(classes, best, job, again=tree.best is not None)
-    return job.at(least, times, effort.boxes, BlockProof(tree.root.trunk.branch())), best.one
+    return Best(least, times, effort.boxes, BlockProof(tree.root.trunk.branch())), best.one
 
 
 def _kept_out(scene: PointScene, job: Job, plan: Plan, one: WayClass | None = None) -> Plan:

@@ -15,9 +15,7 @@ from ..byname import found
 from ..deadline import over, part
 from ..errors import SpecError
 from ..files import csv_text
-from ..geometry.trajectory import Trajectory
 from ..plan.answer import plan_of
-from ..plan.found import Found
 from ..plan.plan import Plan
 from ..programs.least_peak import LeastPeak
 from ..programs.program import Programs
@@ -27,7 +25,7 @@ from ..spec.maneuver import Maneuver, walls_only
 from ..spec.settings import SOLVERS, Direct, RefineSearch, Settings, SweepSearch, Uniform
 from ..spec.spec import refuse_other, refuse_unfit
 from ..types import Array, Axes, Json, Mask, Progress
-from .job import Job
+from .job import Best, Job
 
 FINEST = 1e-4  # of the duration: `refined` stops here (an aligned M(T_obs) is flat to 1e-8 around its minimum)
 APART = 1e-15  # of the duration: least time between two walls that are asked for
@@ -131,15 +129,15 @@ def swept(scene: PointScene, job: Job, times: ArrayLike | None = None) -> Sweep:
         np.squeeze(points, axis=1) if points.shape[1] == 1 else points,
         peaks,
         np.array([least(point).lower for point in points]) * least.mass.unit,
-        plan_of(scene, job.settings, job.at(least, points[int(np.argmin(peaks))])),
+        plan_of(scene, job.settings, job.at(Best(least, points[int(np.argmin(peaks))]))),
         asked,
     )
 
 
-def best_of_sweep(maneuver: Maneuver, job: Job) -> Found[Trajectory]:
-    """The settings' control at the best of the obstacle times that are looked at."""
+def best_of_sweep(maneuver: Maneuver, job: Job) -> Best:
+    """The best of the obstacle times that are looked at."""
     least, points, _ = _measured(maneuver, job, None)
-    return job.at(least, min(points, key=least.bound))
+    return Best(least, min(points, key=least.bound))
 
 
 def _measured(maneuver: Maneuver, job: Job, times: ArrayLike | None) -> tuple[LeastPeak, Array, int]:
@@ -163,13 +161,13 @@ def _measured(maneuver: Maneuver, job: Job, times: ArrayLike | None) -> tuple[Le
     return least, points[:done], len(points)
 
 
-def refined(maneuver: Maneuver, job: Job) -> Found[Trajectory]:
+def refined(maneuver: Maneuver, job: Job) -> Best:
     """A sweep with n = 1 over the whole duration (the paper's good initial guess), then closer with the real circle."""
     settings, walls = job.settings, len(maneuver.walls)
     assert isinstance(settings.search, RefineSearch)
     least, count = job.least(maneuver), settings.search.count
     if not walls:
-        return job.at(least, np.zeros(0))
+        return Best(least, np.zeros(0))
     coarse_solver = settings.solver if settings.solver in SOLVERS["polygon"] else "CLARABEL"
     quick = settings.model_copy(update={"method": Direct(), "solver": coarse_solver})
     coarse = replace(job, settings=quick).least(maneuver, Polygon(segments=1))
@@ -184,7 +182,7 @@ def refined(maneuver: Maneuver, job: Job) -> Found[Trajectory]:
         if over(part_of_it):
             break
     best = closer(least, np.array(points[int(np.argmin(ends))]), spacing, job.until)
-    return job.at(least, best, 0, None, coarse.count)
+    return Best(least, best, others=(coarse.count,))
 
 
 def closer(least: LeastPeak, best: Array, spacing: float, until: float) -> Array:
