@@ -30,6 +30,7 @@ from .job import Best, Job
 from .sweep import best_of_sweep, closer, refined
 from .tree import Effort, Tree, raised
 
+PROVING = 0.1, 0.5  # of a search's time, and no more than so many seconds, for its proof
 NEARBY = 1 / 64  # of the duration: where a polygon's or a uniform grid's best times are looked for
 
 
@@ -112,7 +113,8 @@ def _past_walls(scene: PointScene, job: Job) -> Best:
     same = isinstance(settings.method, Exact) or (
         settings.circle.kind == "disc" and not isinstance(settings.grid, Uniform)
     )
-    until = job.until if same and scene.task.simple else part(job.until)
+    # what proves the answer is evaluated once more in the end
+    until = part(job.until, *PROVING) if same and scene.task.simple else part(job.until)
     found = least_over_times(mass, settings.search.gap, settings.node_limit, until, job.progress)
     times = found.times * mass.time
     if not same and mass.walls:
