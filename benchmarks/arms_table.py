@@ -25,7 +25,7 @@ def row(links, seed):
     began = time.perf_counter()
     plan = pm.solve(task, pm.Settings(time_limit=SECONDS / 10))
     own = time.perf_counter() - began
-    missed = sampled(task, plan.joints)[0] if plan.keeps else np.nan
+    missed = sampled(task, plan.joints)[0] if plan.keeps else None
     peer, seconds = ipopt(task, STARTS, SECONDS, seed)
     return {
         "links": links,
@@ -72,11 +72,20 @@ def table(rows):
     return lines
 
 
+def rows_of(file):
+    """The lines of a file; none where there is no file. Raises `ValueError` where a task stands in it twice."""
+    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    if len({(one["links"], one["seed"]) for one in rows}) < len(rows):
+        raise ValueError(f"{file}: a task stands in it twice")
+    return rows
+
+
 if __name__ == "__main__":
     file = Path(sys.argv[1])
     if len(sys.argv) > 2:
         links, first, last = map(int, sys.argv[2:5])
-        for seed in range(first, last):
+        known = {(one["links"], one["seed"]) for one in rows_of(file)}
+        for seed in (seed for seed in range(first, last) if (links, seed) not in known):
             with file.open("a") as out:
                 out.write(json.dumps(row(links, seed)) + "\n")
-    print("\n".join(table([json.loads(line) for line in file.read_text().splitlines()])))
+    print("\n".join(table(rows_of(file))))

@@ -7,7 +7,6 @@ python without one prints nothing. A command's exit status is the one its commen
 
 import doctest
 import io
-import json
 import re
 import runpy
 import shlex
@@ -142,9 +141,9 @@ def test_files_and_names_of_the_code_are_there(page):
 
 def test_the_table_of_random_arms_is_that_of_its_lines(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
-    table = runpy.run_path(str(ROOT / "benchmarks" / "arms_table.py"))["table"]
-    rows = [json.loads(line) for line in (ROOT / "benchmarks" / "random_arms.jsonl").read_text().splitlines()]
-    assert "\n".join(table(rows)) in (ROOT / "docs" / "arms.md").read_text()
+    made = runpy.run_path(str(ROOT / "benchmarks" / "arms_table.py"))
+    rows = made["rows_of"](ROOT / "benchmarks" / "random_arms.jsonl")
+    assert "\n".join(made["table"](rows)) in (ROOT / "docs" / "arms.md").read_text()
 
 
 def test_the_house_is_drawn_from_the_code():
